@@ -14,6 +14,7 @@
 #include "trundle/pipeline/files.hpp"
 #include "trundle/pipeline/slip_answer.hpp"
 #include "trundle/recording/recording.hpp"
+#include "trundle/report/json_text.hpp"
 
 #include "call.hpp"
 
@@ -96,6 +97,20 @@ void save(const Files& files, const Provenance& provenance) {
     check_interruption();
     write_files(made, provenance.inputs);
   });
+}
+
+/// Of results whose command has a document and no file of its own.
+template <class Class, class Document>
+void add_save_of_document(Class& bound, Document document, const char* what) {
+  bound.def(
+      "save",
+      [document](const typename Class::type& result, const std::filesystem::path& path) {
+        const auto files = [&] {
+          return std::vector<OutputFile>{{path, dumped(document(result), 2) + "\n"}};
+        };
+        save(files, result.provenance);
+      },
+      py::arg("path"), what);
 }
 
 /// Methods that `trundle.<module>` has, of packages that are slow to import: those are imported when they are

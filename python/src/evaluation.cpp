@@ -4,7 +4,6 @@
 
 #include "trundle/io/error.hpp"
 #include "trundle/pipeline/evaluation_answer.hpp"
-#include "trundle/report/json_text.hpp"
 
 #include "binding.hpp"
 #include "call.hpp"
@@ -93,21 +92,14 @@ void bind_evaluation(py::module_& module) {
       .def_property_readonly(
           "alignment",
           [](const EvaluationAnswer& self) { return std::string(name_of(self.evaluation.alignment)); })
-      .def(
-          "save",
-          [](const EvaluationAnswer& self, const std::filesystem::path& path) {
-            const auto files = [&] {
-              return std::vector<OutputFile>{{path, dumped(document_of(self), 2) + "\n"}};
-            };
-            save(files, self.provenance);
-          },
-          py::arg("path"), "Writes what `trundle evaluate --json` prints.")
       .def("__repr__", [](const EvaluationAnswer& self) {
         return fmt::format("<Evaluation: {:.4f} m rms over {:.2f} m, {} poses, alignment '{}'>",
                            self.evaluation.position_m.rms, self.evaluation.path_m, self.evaluation.compared,
                            name_of(self.evaluation.alignment));
       });
-  add_document(bound, [](const EvaluationAnswer& answer) { return document_of(answer); });
+  const auto document = [](const EvaluationAnswer& answer) { return document_of(answer); };
+  add_document(bound, document);
+  add_save_of_document(bound, document, "Writes what `trundle evaluate --json` prints.");
   add_python_methods(bound, "A DataFrame with the relative errors, a row for each distance.");
 
   module.def("evaluate", &evaluate, py::arg("estimate"), py::arg("reference"), py::kw_only(),

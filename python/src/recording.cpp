@@ -132,10 +132,8 @@ py::object names_of(const std::string& stream, const py::object& columns) {
                   stream, text_of(py::type::handle_of(columns).attr("__name__"))));
 }
 
-/// Columns that a stream does not take are left out, or `by_name`: without their values.
-StreamColumns stream_of(const std::string& name, const py::object& columns, bool by_name) {
+StreamColumns stream_of(const std::string& name, const py::object& columns) {
   StreamColumns stream{.stream = name, .numbers = {}};
-  std::vector<std::string> others;
   for (const py::handle& key : names_of(name, columns)) {
     const std::string column = text_of(key);
     const py::object values = columns[key];
@@ -144,31 +142,17 @@ StreamColumns stream_of(const std::string& name, const py::object& columns, bool
     else if (has_column(name, column))
       stream.numbers.emplace_back(column, numbers_of({name, column, values}));
     else
-      others.push_back(column);
+      stream.left_out.push_back(column);
   }
-  const std::size_t rows =
-      stream.numbers.empty() ? stream.landmarks.size() : stream.numbers.front().second.size();
-  if (by_name)
-    for (const std::string& column : others)
-      stream.numbers.emplace_back(column, std::vector<double>(rows, kNotMeasured));
   return stream;
 }
 
-Recording recording_of_arrays(const std::string& name, const py::kwargs& streams, bool by_name) {
+RecordingFile from_arrays(const std::string& name, const py::kwargs& streams) {
   std::vector<StreamColumns> columns;
   for (const auto& [stream, values] : streams)
     if (!values.is_none())
-      columns.push_back(stream_of(text_of(stream), py::reinterpret_borrow<py::object>(values), by_name));
-  return without_gil([&] { return recording_of(name, std::move(columns)); });
-}
-
-RecordingFile from_arrays(const std::string& name, const py::kwargs& streams) {
-  try {
-    return {recording_of_arrays(name, streams, false), {}};
-  } catch (const InputError&) {
-    // The column that is missing may be one of those, mistyped: the error then says so.
-    return {recording_of_arrays(name, streams, true), {}};
-  }
+      columns.push_back(stream_of(text_of(stream), py::reinterpret_borrow<py::object>(values)));
+  return {without_gil([&] { return recording_of(name, std::move(columns)); }), {}};
 }
 
 RecordingFile read_file_of(const std::filesystem::path& path, int robot_number,

@@ -5,7 +5,6 @@
 #include "trundle/io/error.hpp"
 #include "trundle/pipeline/install_angle_answer.hpp"
 #include "trundle/pipeline/umbmark_answer.hpp"
-#include "trundle/report/json_text.hpp"
 
 #include "binding.hpp"
 #include "call.hpp"
@@ -94,21 +93,13 @@ void bind_install_angle(py::module_& module) {
   field("scale_sigma", &InstallAngle::scale_sigma, "");
   field("run_alpha_rad", &InstallAngle::run_alpha_rad, "Of each run alone.");
   field("warnings", &InstallAngle::warnings, "");
-  bound
-      .def(
-          "save",
-          [](const InstallAngleAnswer& self, const std::filesystem::path& path) {
-            const auto files = [&] {
-              return std::vector<OutputFile>{{path, dumped(document_of(self), 2) + "\n"}};
-            };
-            save(files, self.provenance);
-          },
-          py::arg("path"), "Writes what `trundle install-angle --json` prints.")
-      .def("__repr__", [](const InstallAngleAnswer& self) {
-        return fmt::format("<InstallAngle: alpha {:.4f}° ± {:.4f}°>", degrees(self.angle.alpha_rad),
-                           degrees(self.angle.sigma_rad));
-      });
-  add_document(bound, [](const InstallAngleAnswer& self) { return document_of(self); });
+  bound.def("__repr__", [](const InstallAngleAnswer& self) {
+    return fmt::format("<InstallAngle: alpha {:.4f}° ± {:.4f}°>", degrees(self.angle.alpha_rad),
+                       degrees(self.angle.sigma_rad));
+  });
+  const auto document = [](const InstallAngleAnswer& answer) { return document_of(answer); };
+  add_document(bound, document);
+  add_save_of_document(bound, document, "Writes what `trundle install-angle --json` prints.");
   add_python_methods(bound, "A DataFrame with a row for each run.");
   module.def(
       "install_angle",

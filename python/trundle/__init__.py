@@ -324,25 +324,7 @@ def smooth(
     >>> len(found.trajectory) == len(found.online)
     True
     """
-    return slam(
-        recording,
-        robot,
-        filter=filter,
-        particles=particles,
-        seed=seed,
-        start=start,
-        smooth=True,
-        smoother_runs=smoother_runs,
-        unknown_ids=unknown_ids,
-        estimate=estimate,
-        systematic_sigma=systematic_sigma,
-        swarm_iterations=swarm_iterations,
-        swarm_agreement=swarm_agreement,
-        correct_slip=correct_slip,
-        learn=learn,
-        spin_odds=spin_odds,
-        threads=threads,
-    )
+    return slam(**locals(), smooth=True)  # whose parameters are these
 
 
 def localize(

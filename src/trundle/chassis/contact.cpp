@@ -39,11 +39,6 @@ double misreading_variance(const Wheel& wheel, double travel_m) {
   return squared(wheel.steering->scale * wheel.steering->sigma_rad * travel_m);
 }
 
-bool is_of_angle(const Chassis& chassis, const Row& row) {
-  return row.kind == RowKind::lateral && row.wheel >= 0 &&
-         chassis.all_wheels()[static_cast<std::size_t>(row.wheel)].steering.has_value();
-}
-
 RowVector misreading_variances(const Chassis& chassis, const Rows& rows, const Vector3& motion) {
   RowVector variance = RowVector::Zero(rows.count());
   for (int i = 0; i < rows.count(); ++i) {

@@ -39,9 +39,7 @@ void add_interval(const Chassis& chassis, const Increment& increment, ContactMot
 /// Variance of a lateral row of a steered wheel that comes from its angle, where it rolls `travel_m` along
 /// its direction: misread by δψ, the row n turns by −d. docs/theory/odometry.md, eq. 12.
 [[nodiscard]] double misreading_variance(const Wheel& wheel, double travel_m);
-/// Whether it is such a row: that a steered wheel does not skid is a reading of its angle.
-[[nodiscard]] bool is_of_angle(const Chassis& chassis, const Row& row);
-/// Of each such row in this motion; 0 of all others.
+/// Of each row is_of_angle() in this motion; 0 of all others.
 [[nodiscard]] RowVector misreading_variances(const Chassis& chassis, const Rows& rows, const Vector3& motion);
 
 }  // namespace trundle::chassis

@@ -66,11 +66,6 @@ void append_lateral_rows(Rows& rows, const Chassis& chassis) {
   if (skids) append(rows, {RowKind::skid_lateral}, {0.0, 1.0, -chassis.icr_x_m});
 }
 
-/// A row of a steered wheel.
-bool is_steered(const Chassis& chassis, const Row& row) {
-  return row.wheel >= 0 && chassis.all_wheels()[static_cast<std::size_t>(row.wheel)].steering.has_value();
-}
-
 double travel_of(const Wheel& wheel, double turned) {
   return kPi * wheel.diameter_m * turned;
 }
@@ -237,7 +232,7 @@ Readings readings_of(const Chassis& chassis, const Rows& rows, const Increment& 
     if (is_wheel)
       readings.variance[i] += 2.0 * rounding_variance(chassis.wheels()[static_cast<std::size_t>(row.wheel)]);
     if (i < own_rows) readings.variance[i] += increment.slip_variance[static_cast<std::size_t>(i)];
-    if (row.kind == RowKind::lateral && is_steered(chassis, row))  // a wheel that slips has no hold sideways
+    if (is_of_angle(chassis, row))  // a wheel that slips has no hold sideways
       readings.variance[i] += increment.slip_variance[static_cast<std::size_t>(row.wheel)];
   }
   return readings;
@@ -249,10 +244,15 @@ RowVector weighing_variances(const Chassis& chassis, const Rows& rows, double tr
   RowVector variances(rows.count());
   for (int i = 0; i < rows.count(); ++i) {
     Row row = rows.row[static_cast<std::size_t>(i)];
-    if (row.kind == RowKind::lateral && is_steered(chassis, row)) row.kind = RowKind::wheel;
+    if (is_of_angle(chassis, row)) row.kind = RowKind::wheel;
     variances[i] = noise_variance(chassis, row, {travel_m, travel_m, duration_s});
   }
   return variances;
+}
+
+bool is_of_angle(const Chassis& chassis, const Row& row) {
+  return row.kind == RowKind::lateral && row.wheel >= 0 &&
+         chassis.all_wheels()[static_cast<std::size_t>(row.wheel)].steering.has_value();
 }
 
 double rounding_variance(const Wheel& wheel) {

@@ -83,6 +83,9 @@ struct Readings {
 [[nodiscard]] RowVector weighing_variances(const Chassis& chassis, const Rows& rows, double travel_m,
                                            double duration_s);
 
+/// Whether that a steered wheel does not skid is what the row says: it is a reading of the wheel's angle.
+[[nodiscard]] bool is_of_angle(const Chassis& chassis, const Row& row);
+
 /// Variance of one rounded count [m²]: q²/12. Successive readings share the count between them.
 [[nodiscard]] double rounding_variance(const Wheel& wheel);
 

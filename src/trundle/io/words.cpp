@@ -45,6 +45,10 @@ std::string fixed(double value, int decimals) {
   return zero && text.front() == '-' ? text.substr(1) : text;
 }
 
+std::string three_digits(double factor) {
+  return factor < 999.5 ? fmt::format("{:.3g}", factor) : fmt::format("{:.0f}", factor);
+}
+
 std::string with_sigma(double value, double sigma) {
   const auto decimals = decimals_of(sigma);
   return fmt::format("{} ± {}", decimals ? fixed(value, *decimals) : fmt::format("{:.6g}", value),

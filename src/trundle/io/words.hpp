@@ -13,6 +13,9 @@ std::string counted(std::size_t number, std::string_view noun);
 /// So many decimals, and no minus before a zero.
 std::string fixed(double value, int decimals);
 
+/// A factor to three digits, a large one to whole ones: "0.0254", "1000".
+std::string three_digits(double factor);
+
 /// The value to the second digit of its sigma, both with the same decimals: "0.083822 ± 0.000050".
 std::string with_sigma(double value, double sigma);
 

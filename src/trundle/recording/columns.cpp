@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <optional>
 
 #include <fmt/format.h>
@@ -64,6 +65,7 @@ std::optional<std::vector<double>> taken(StreamColumns& stream, const std::strin
 [[noreturn]] void refuse_missing(const StreamColumns& stream, const std::string& name) {
   std::vector<std::string> names;
   for (const auto& [column, values] : stream.numbers) names.push_back(column);
+  std::ranges::copy(stream.left_out, std::back_inserter(names));
   const std::string nearest = nearest_name(name, names);
   throw InputError(stream.stream, fmt::format("has no column '{}'", name),
                    nearest.empty() ? fmt::format("it among {}", fmt::join(names, ", "))

@@ -16,6 +16,7 @@ struct StreamColumns {
   /// measured.
   std::vector<std::pair<std::string, std::vector<double>>> numbers;
   std::vector<std::string> landmarks = {};  ///< the column `landmark` of sightings and landmarks
+  std::vector<std::string> left_out = {};   ///< names of columns that it does not take: one may be mistyped
 };
 
 /// The recording that a folder with these columns as native files would give, findings included; rows are

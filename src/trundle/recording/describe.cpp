@@ -58,11 +58,6 @@ Arguments common_arguments(const Finding& finding) {
   return arguments;
 }
 
-/// A factor to three digits: 0.0254, 1000.
-std::string times_of(double factor) {
-  return factor < 999.5 ? fmt::format("{:.3g}", factor) : fmt::format("{:.0f}", factor);
-}
-
 /// Adds what a payload holds.
 struct AddTo {
   Arguments& to;
@@ -71,7 +66,9 @@ struct AddTo {
   void operator()(const payload::Further&) const {}
   void operator()(const payload::Amount& amount) const { to.add("value", amount.value); }
   void operator()(const payload::Times& times) const {
-    to.add("factor", times.factor).add("times", times_of(times.factor)).add("root", std::sqrt(times.factor));
+    to.add("factor", times.factor)
+        .add("times", three_digits(times.factor))
+        .add("root", std::sqrt(times.factor));
   }
   void operator()(const payload::Share& share) const { to.add("factor", share.factor); }
   void operator()(const payload::Range& range) const { to.add("low", range.low).add("high", range.high); }
@@ -109,7 +106,7 @@ struct AddTo {
                              total, clock.table));
   }
   void operator()(const payload::LengthRatio& ratio) const {
-    to.add("times", times_of(ratio.factor));
+    to.add("times", three_digits(ratio.factor));
     to.add("question",
            ratio.unit.empty()
                ? std::string()

@@ -173,9 +173,9 @@ std::string set_scale(std::span<const Run> runs, Robot& robot) {
   std::string words =
       robot.chassis.wheels().empty()
           ? fmt::format(
-                "the reference moves {:.3g} times as far as velocity.csv with the robot file as given: "
+                "the reference moves {} times as far as velocity.csv with the robot file as given: "
                 "check their units, and forward_scale under [velocity]",
-                fault->ratio.factor)
+                three_digits(fault->ratio.factor))
           : describe({.code = FindingCode::scale, .payload = fault->ratio});
   if (fault->is_of_unit) throw CannotAnswer(words);
   scale_wheels(fault->scale.times, robot);

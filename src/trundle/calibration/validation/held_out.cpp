@@ -14,8 +14,6 @@ namespace {
 
 using evaluation::PosePair;
 
-constexpr double kLongestGap_s = 0.5;
-
 /// The derivative of a rotated way by its angle.
 Vector2 across(const Vector2& way) {
   return {-way.y(), way.x()};
@@ -41,7 +39,8 @@ Laid laid(const Run& run, const Robot& robot, bool learn_gyro_bias) {
   options.keeps = [&](std::size_t pose) { return compared[pose]; };
   const Trajectory odometry = integrate(run.readings, plain, options).trajectory;
   Laid result{evaluation::common_poses(evaluation::of_reference_sensor(odometry, plain),
-                                       evaluation::positions_of(run.reference), kLongestGap_s),
+                                       evaluation::positions_of(run.reference),
+                                       evaluation::EvaluateOptions{}.longest_gap_s),
               {}};
   result.reference_from_odometry = evaluation::align_se2(result.pairs);
   return result;
