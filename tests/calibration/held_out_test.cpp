@@ -13,18 +13,18 @@ using namespace test;
 
 const ReferenceNoise kReference{.position_m = kPositionSigma_m, .heading_rad = kHeadingSigma_rad};
 
-struct Driven {
+struct HeldOutDrive {
   const char* name;
   Robot given, truth;
   Path path;
   double encoders_hz, reference_hz;
 };
 
-void PrintTo(const Driven& driven, std::ostream* stream) {
+void PrintTo(const HeldOutDrive& driven, std::ostream* stream) {
   *stream << driven.name;
 }
 
-std::vector<Driven> drives() {
+std::vector<HeldOutDrive> held_out_drives() {
   const Path squares = trundle::simulation::joined({square(1.5, TurnSense::ccw), square(1.5, TurnSense::cw)});
   const Path away = trundle::simulation::joined({circle(0.6, 1.5, TurnSense::cw), straight(4.0)});
   return {{"squares", nominal_differential(), true_differential(), squares, 4.0, 4.0},
@@ -32,11 +32,11 @@ std::vector<Driven> drives() {
           {"omni", nominal_omni3(), true_omni3(), l_run(1.5), 20.0, 5.0}};
 }
 
-class HeldOutPull : public testing::TestWithParam<Driven> {};
+class HeldOutPull : public testing::TestWithParam<HeldOutDrive> {};
 
 TEST_P(HeldOutPull, OfARobotWithoutFaultThePullIsWhatChanceMakes) {
   constexpr int kDraws = 200;
-  const Driven& driven = GetParam();
+  const HeldOutDrive& driven = GetParam();
   double sum = 0.0, of_squares = 0.0;
   for (int seed = 1; seed <= kDraws; ++seed) {
     Scenario scenario = scenario_of(driven.given, driven.truth, driven.path, seed);
@@ -54,7 +54,7 @@ TEST_P(HeldOutPull, OfARobotWithoutFaultThePullIsWhatChanceMakes) {
   EXPECT_NEAR(of_squares / kDraws, 1.0, 4.0 * std::sqrt(2.0 / kDraws));
 }
 
-INSTANTIATE_TEST_SUITE_P(Drives, HeldOutPull, testing::ValuesIn(drives()));
+INSTANTIATE_TEST_SUITE_P(Drives, HeldOutPull, testing::ValuesIn(held_out_drives()));
 
 TEST(HeldOutErrors, TheErrorsAreThoseOfOdometryLaidOnTheReference) {
   const calibration::Run run =
