@@ -359,6 +359,7 @@ TEST(BlindOracle, DifferentialDriveWithGyroAndWholeCounts) {
 }
 
 TEST(BlindOracle, Omni3WithGyro) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   expect_unbiased_and_consistent(with(omni3_with_gyro(), 100));
 }
 

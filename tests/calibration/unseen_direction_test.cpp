@@ -50,6 +50,7 @@ std::vector<Recording> drives_ahead(const Robot& truth, statistics::Random& rand
 }
 
 TEST(UnseenDirection, IsNotFoundInNoise) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   const int seeds = test::trials(12, 2);
   for (int seed = 1; seed <= seeds; ++seed) {
     statistics::Random random(static_cast<std::uint64_t>(seed), 41);
