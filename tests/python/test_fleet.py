@@ -357,7 +357,9 @@ class OnSqlite(WithLogs):
                                   capture_output=True, text=True)
             self.assertEqual((done.returncode, len(done.stderr.splitlines())), (3, 1), done.stderr)
             self.assertIn(line, done.stderr)
-        for given in (["--database", self.url], ["x", "--database", self.url, "--shard", "3/2"], ["x"]):
+        address = lambda text: ["x", "--database", self.url, "--scheduler", text]
+        for given in (["--database", self.url], ["x", "--database", self.url, "--shard", "3/2"], ["x"],
+                      *map(address, ("nonsense", "head:", "foo://head:8786", "tcp://head", "tcp://head:8786/", "head:99999"))):
             done = subprocess.run([sys.executable, "-m", "trundle.fleet", *given], capture_output=True, text=True)
             self.assertEqual(done.returncode, 2, done.stderr)
 

@@ -6,6 +6,7 @@ import argparse
 import functools
 import hashlib
 import json
+import re
 import sys
 from typing import Optional
 
@@ -43,6 +44,14 @@ def _from(least: float, kind: type = int) -> "functools.partial[float]":
     return functools.partial(parse, least, kind)
 
 
+def _address(text: str) -> str:
+    """Looked at before Dask is, which takes 20 s to give up what it cannot read."""
+    parts = re.fullmatch(r"(?:(?:tcp|tls|ws|wss)://)?(?:[^\s/:]+|\[[0-9A-Fa-f:.]+\]):(\d{1,5})", text)
+    if parts is None or not 1 <= int(parts[1]) <= 65535:
+        raise argparse.ArgumentTypeError(f"is '{text}'; expected HOST:PORT or tcp://HOST:PORT, tls, ws or wss alike")
+    return text
+
+
 def parser() -> argparse.ArgumentParser:
     made = argparse.ArgumentParser(
         prog="trundle-fleet", description="Calibration, health, slip and odometry of many logs, and what the fleet shows.",
@@ -51,7 +60,7 @@ def parser() -> argparse.ArgumentParser:
     add("logs", nargs="*", metavar="LOGS", help="folders, lists (.txt, .csv), patterns or logs; none: only -o, of what the database holds")
     add("--robot", metavar="FILE", help="robot.toml of all logs; without it, the one beside or above each")
     add("--database", required=True, metavar="URL", help="sqlite:///FILE or postgresql://[USER@]HOST/NAME")
-    add("--scheduler", metavar="ADDRESS", help="of a Dask scheduler; without it, a cluster of this machine's processes")
+    add("--scheduler", type=_address, metavar="ADDRESS", help="of a Dask scheduler; without it, a cluster of this machine's processes")
     add("--workers", type=_from(0), default=2, metavar="N", help="processes of that cluster (2); 0: none, in this process without Dask")
     add("--shard", type=_shard, metavar="K/N", help="only the K-th of N parts of the logs: for arrays of jobs")
     add("--memory-limit-mb", type=_from(1), default=2048, metavar="MB", help="of one log (2048)")
