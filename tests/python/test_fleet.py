@@ -314,7 +314,7 @@ class OnSqlite(WithLogs):
     def test_a_host_whose_asker_is_gone_ends_without_a_word(self):
         host = subprocess.Popen([sys.executable, "-m", "trundle.fleet.host"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         host.stdout.close()
-        host.stdin.write(b'["/nowhere", "/nowhere", 2048, 60.0]\n')
+        host.stdin.write(b'["analyse", "/nowhere", ["/nowhere", "/nowhere"], 2048, 60.0]\n')
         host.stdin.flush()
         with host.stderr:
             self.assertEqual((host.stderr.read(), host.wait()), (b"", 0))

@@ -30,8 +30,12 @@ class OnDask(test_fleet.WithLogs):
         self.url = f"sqlite:///{self.folder}/dask.db"
 
     def test_a_local_cluster(self):
-        self.fleet("--workers", "2")
+        self.fleet("--workers", "2", "-o", self.folder / "page", "--reports", "all")
         self.assertEqual(fleet_logs.finals(self.url), self.expected)
+        [(robots,)] = self.rows("SELECT count(*) FROM report")
+        [(made,)] = self.rows("SELECT count(*) FROM report WHERE state = 'done'")  # runs so short do not determine every robot
+        self.assertEqual((robots, len(list(self.folder.glob("page/robots/*.html")))), (self.ROBOTS, made))
+        self.assertGreater(made, self.ROBOTS // 2)
 
     def test_a_scheduler_that_is_killed_with_its_worker(self):
         port = _free_port()

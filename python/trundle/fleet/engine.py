@@ -1,4 +1,4 @@
-"""Keeps workers at work until every log has its final row: on Dask, or in this process.
+"""Keeps workers at work until every log, or report, has its final row: on Dask, or in this process.
 
 Only counts go through the scheduler: a task is 'work off some logs', and what it finds goes to the database. So a
 few tasks for each worker are enough at any time, and neither scheduler nor client grows with the fleet.
@@ -30,7 +30,7 @@ def _unfinished(counts: dict[str, int]) -> int:
 def work_here(job: Job, database: store.Store, watch: Watch) -> dict[str, int]:
     """In this process, without Dask."""
     while True:
-        counts = store.progress(database, job.request)
+        counts = store.progress(database, job.request, job.table)
         watch(counts)
         if not _unfinished(counts):
             return counts
@@ -39,7 +39,7 @@ def work_here(job: Job, database: store.Store, watch: Watch) -> dict[str, int]:
 
 
 def _one_round(client: Any, job: Job, database: store.Store, watch: Watch, tasks: set[Any]) -> dict[str, int]:
-    counts = store.progress(database, job.request)
+    counts = store.progress(database, job.request, job.table)
     watch(counts)
     done = {task for task in tasks if task.done()}
     tasks -= done
@@ -98,7 +98,7 @@ def work_on_scheduler(job: Job, database: store.Store, watch: Watch, address: st
             with Client(address, timeout=_CONNECT_S, set_as_default=False) as client:
                 return _with_client(client, job, database, noting)
         except (OSError, TimeoutError, CancelledError) as error:  # CommClosedError is an OSError
-            counts = store.progress(database, job.request)
+            counts = store.progress(database, job.request, job.table)
             if not _unfinished(counts):
                 return counts
             if time.monotonic() - last > job.patience_s:
@@ -119,7 +119,7 @@ def work_on_cluster(job: Job, database: store.Store, watch: Watch, workers: int)
 
 
 def work_on(job: Job, watch: Watch, *, workers: int, scheduler: Optional[str] = None) -> dict[str, int]:
-    """Returns the number of logs by their state: all of them done or failed."""
+    """Returns the number of logs, or reports, by their state: all of them done or failed."""
     database = store.Store(job.database, job.patience_s)
     if scheduler:
         return work_on_scheduler(job, database, watch, scheduler)

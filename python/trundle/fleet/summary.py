@@ -26,6 +26,7 @@ class Run(NamedTuple):
     warnings: int
     measures: dict[str, Any]
     parameters: dict[str, Any]  # rows by name
+    digests: tuple[str, ...] = ()  # of the log, the robot file and what computed it
 
 
 class RobotParameter(NamedTuple):
@@ -69,7 +70,7 @@ def load(database: store.Store) -> dict[str, list[Run]]:
     robots: dict[str, list[Run]] = {}
     for row in sorted(rows, key=lambda row: (row.robot, row.date or "", row.log)):
         run = Run(row.log, row.robot, row.type or types.get(row.robot, ""), row.date, row.status, row.line, warnings.get(row.log_id, 0),
-                  {name: row[name] for name in measures}, parameters.get(row.log_id, {}))
+                  {name: row[name] for name in measures}, parameters.get(row.log_id, {}), (row.log_sha256, row.robot_sha256, row.version))
         robots.setdefault(row.robot, []).append(run)
     return robots
 
