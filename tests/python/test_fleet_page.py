@@ -158,8 +158,11 @@ class Needs(unittest.TestCase):
     def test_the_run_that_shows_it(self):
         self.assertEqual(needs.runs_for([], 3), [])
         self.assertEqual(needs.runs_for([], 0)[0][:20], "a run with a referen")
-        self.assertEqual(needs.runs_for(["left.diameter", "right.diameter"], 2), ["a straight run of measured length"])
+        self.assertEqual(needs.runs_for(["left.diameter", "right.diameter"], 2), ["add one straight run of known length"])
         self.assertEqual(needs.runs_for(["track"], 1)[-1], needs.ANOTHER_DAY)
+        self.assertEqual(needs.runs_for(["track"], 2, ["gyro.scale", "left.diameter", "right.diameter"])[1:],
+                         [f"add one straight run of known length: left.diameter, right.diameter {needs.BADLY_KNOWN}"])
+        self.assertEqual(list(map(needs.is_urgent, needs.runs_for(["track"], 1, ["left.diameter"]))), [True, False, False])
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ import trundle
 
 from . import outliers, reports, store
 from .files import write
-from .needs import ANOTHER_DAY
+from .needs import is_urgent
 from .summary import Fleet, Run, TypeParameter, load, needs_of, summarise
 
 
@@ -41,14 +41,17 @@ class _Attention:
     def __init__(self, fleet: Fleet) -> None:
         self.reasons: dict[str, list[str]] = {robot: [] for robot in fleet.robots}
         self.changes: dict[str, list[list[str]]] = {robot: [] for robot in fleet.robots}
-        self.needs = {robot: needs_of(runs) for robot, runs in fleet.robots.items()}
+        badly_known: dict[str, list[str]] = {robot: [] for robot in fleet.robots}
         for parameters in fleet.parameters.values():
             for parameter in parameters:
                 self._of_parameter(parameter)
+                for robot in parameter.badly_known():
+                    badly_known[robot].append(parameter.name)
+        self.needs = {robot: needs_of(runs, badly_known[robot]) for robot, runs in fleet.robots.items()}
         for robot, runs in fleet.robots.items():
             self._add(robot, "failed", runs[-1].status == "failed")
             self._add(robot, "warning", runs[-1].warnings > 0)
-            self._add(robot, "run_needed", any(need != ANOTHER_DAY for need in self.needs[robot]))
+            self._add(robot, "run_needed", any(map(is_urgent, self.needs[robot])))
 
     def _add(self, robot: str, reason: str, holds: bool = True) -> None:
         if holds and reason not in self.reasons[robot]:
