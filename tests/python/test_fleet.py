@@ -25,7 +25,7 @@ except ImportError as missing:
 import trundle
 from fleet_logs import finals, make_logs
 from trundle.fleet import store, work, worker
-from trundle.fleet.__main__ import main
+from trundle.fleet.__main__ import main, parser
 from trundle.fleet.host import Limits
 from trundle.fleet.progress import Bar
 from trundle.fleet.logs import date_of, files_of, find_logs, in_shard, sha256_of
@@ -345,6 +345,11 @@ class OnSqlite(WithLogs):
         self.assertEqual(bar.line({"done": 99, "failed": 1, "waiting": 100}, 50.0),
                          f"[{15 * '#'}{15 * ' '}] 100 of 200 logs, 1 failed, 2.0/s 50 s left")
         self.assertEqual(Bar(20000, True).line({"done": 100}, 0.0).split(", ")[1], "0.0/s")
+
+    def test_help_says_which_database_is_enough_and_it_is(self):
+        [url] = re.findall(r"(sqlite:///\S+) is enough", " ".join(parser().format_help().split()))
+        done = subprocess.run([sys.executable, "-m", "trundle.fleet", str(self.logs), "--database", url, "--workers", "0", "--quiet"], cwd=self.folder)
+        self.assertEqual((done.returncode, len(self.rows("SELECT * FROM run"))), (0, 6))
 
     def test_errors_are_one_line(self):
         for given, code in ((["nowhere", "--database", self.url], 3), ([str(self.logs), "--database", "nothing"], 3),

@@ -59,7 +59,7 @@ def parser() -> argparse.ArgumentParser:
     add = made.add_argument
     add("logs", nargs="*", metavar="LOGS", help="folders, lists (.txt, .csv), patterns or logs; none: only -o, of what the database holds")
     add("--robot", metavar="FILE", help="robot.toml of all logs; without it, the one beside or above each")
-    add("--database", required=True, metavar="URL", help="sqlite:///FILE or postgresql://[USER@]HOST/NAME")
+    add("--database", required=True, metavar="URL", help="sqlite:///fleet.db is enough on one machine: a file, made where it is missing; for several postgresql://[USER@]HOST/NAME")
     add("--scheduler", type=_address, metavar="ADDRESS", help="of a Dask scheduler; without it, a cluster of this machine's processes")
     add("--workers", type=_from(0), default=2, metavar="N", help="processes of that cluster (2); 0: none, in this process without Dask")
     add("--shard", type=_shard, metavar="K/N", help="only the K-th of N parts of the logs: for arrays of jobs")
