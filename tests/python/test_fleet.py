@@ -116,6 +116,18 @@ class Found(WithFolder):
         self.assertEqual(self.found("r2"), [("r2/a", "r2"), ("r2/b.ulg", "r2")])
         self.assertEqual(self.found("r2/a"), [("r2/a", "r2")])
 
+    def test_the_same_log_file_by_another_path(self):
+        """Named through a link, by way of another folder, or from another folder; a copy is a log of its own."""
+        for name, toml in (("a", 'file = "link.bag"'), ("b", 'file = "../b/x.bag"'), ("c", f'file = "{self.folder}/c/x.bag"'), ("d", 'file = "../far/x.bag"')):
+            self.place(f"{name}/x.bag", f"{name}/recording.toml", f"{name}/robot.toml", text=f"[wheels]\n{toml}\n")
+        (self.folder / "a/link.bag").symlink_to(self.folder / "a/x.bag")
+        (self.folder / "far").symlink_to(self.folder / "d")
+        self.place("e/r/recording.toml", "e/x.bag", text='[wheels]\nfile = "../x.bag"\n')
+        paths = lambda name: [path for path, _ in self.found(name)]
+        self.assertEqual(list(map(paths, "abcde")), [["a"], ["b"], ["c"], ["d"], ["e/r"]])
+        shutil.copy(self.folder / "b/x.bag", self.folder / "b/y.bag")
+        self.assertEqual(paths("b"), ["b", "b/y.bag"])
+
     def test_a_broken_recording_hides_no_other(self):
         self.place("a/1/wheels.csv", "a/2/wheels.csv", "b/1/wheels.csv")
         self.place("a/2/recording.toml", text="garbage [")
