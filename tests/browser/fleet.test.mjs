@@ -1,6 +1,7 @@
 // The fleet page of 10 000 robots in a real browser: what a person does with it, and how long that takes.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
+import { readFileSync, writeFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { after, before, describe, test } from 'node:test';
@@ -113,6 +114,23 @@ describe('the fleet page', () => {
     await page.goto(address);
     assert.equal(await page.locator('dialog h2').innerText(), 'robot_00103');
     assert.deepEqual(page.troubles, []);
+    await page.context().close();
+  });
+
+  test('one click leads to a robot’s own report', async () => {
+    const page = await open(browser, file);
+    assert.equal(await page.locator('.head button', { hasText: 'Report' }).count(), 0, 'no robot has one');
+    const withReport = join(folder, 'with_report.html');
+    const text = readFileSync(file, 'utf8');
+    const number = JSON.parse(text.match(/id="data">(.*?)<\/script>/)[1]).robots.name.indexOf('robot_00103');
+    writeFileSync(withReport, text.replace(/"report":\[("",?)+\]/, (list) => `"report":${JSON.stringify(JSON.parse(list.slice(9)).map((none, i) => (i === number ? 'report_103.html' : none)))}`));
+    writeFileSync(join(folder, 'report_103.html'), '<title>of 103</title>');
+    await page.goto(pathToFileURL(withReport).href);
+    await page.locator('.head button', { hasText: 'Report' }).click();
+    assert.equal(await page.locator('.row a[href]').count(), 1);
+    assert.match(await first(page).innerText(), /^robot_00103\s+own report/);
+    await first(page).getByRole('link').click();
+    await page.waitForFunction(() => document.title === 'of 103');
     await page.context().close();
   });
 

@@ -61,7 +61,7 @@ def write(folder: Path, robots: int, runs: int = 3) -> list[str]:
             connection.execute(table.insert(), some)
 
     database.transact(insert)
-    return write_page(url, str(folder), "none")
+    return write_page(url, str(folder), "none", lambda *_: None)[0]
 
 
 if __name__ == "__main__":

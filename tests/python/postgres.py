@@ -5,7 +5,6 @@ from __future__ import annotations
 import glob
 import os
 import pwd
-import shutil
 import signal
 import subprocess
 import tempfile
@@ -13,14 +12,17 @@ import time
 from pathlib import Path
 from typing import Any
 
+from guard import Guard
+
 PROGRAMS = sorted(glob.glob("/usr/lib/postgresql/*/bin/postgres"))
 
 
 class Postgres:
-    """Listens on a socket in its folder alone. fsync is off: what is tested is the death of processes, not of the machine."""
+    """Listens on a socket in its folder alone, and outlives this process no more than its folder does. fsync is off: what is tested is the death of processes, not of the machine."""
 
     def __init__(self) -> None:
         self.folder = Path(tempfile.mkdtemp(prefix="fleet_pg_"))
+        self._guard = Guard(self.folder)
         self._programs = Path(PROGRAMS[-1]).parent
         self._as: dict[str, Any] = {}
         if os.geteuid() == 0:  # which the server refuses
@@ -66,4 +68,4 @@ class Postgres:
         if self._process is not None and self._process.poll() is None:
             self._process.send_signal(signal.SIGINT)  # fast shutdown
             self._process.wait(30)
-        shutil.rmtree(self.folder, ignore_errors=True)
+        self._guard.close()

@@ -1,13 +1,10 @@
-"""Slurm of Debian on this machine alone: controller, one node, and munge by which they know each other, in a folder of their own; for tests.
-
-slurm.py FOLDER: ends what the Slurm of that folder has started once nothing more can come from standard input, and removes the folder."""
+"""Slurm of Debian on this machine alone: controller, one node, and munge by which they know each other, in a folder of their own; for tests."""
 
 from __future__ import annotations
 
 import os
 import pwd
 import shutil
-import signal
 import socket
 import subprocess
 import sys
@@ -16,6 +13,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+
+from guard import Guard
 
 _PATH = os.pathsep.join((os.environ.get("PATH", ""), "/usr/sbin", "/usr/bin"))  # daemons are not on a user's
 MISSING = [name for name in ("munged", "slurmctld", "slurmd", "slurmstepd", "sbatch") if shutil.which(name, path=_PATH) is None]
@@ -51,31 +50,6 @@ PartitionName=fleet Nodes=localhost Default=YES
 """
 
 
-def _processes_of(folder: str) -> list[int]:
-    """Daemons, jobs and what those have started: their environment names the configuration."""
-    mark, found = f"SLURM_CONF={folder}/slurm.conf".encode(), []
-    for process in Path("/proc").iterdir():
-        try:
-            if process.name.isdigit() and mark in (process / "environ").read_bytes().split(b"\0"):
-                found.append(int(process.name))
-        except OSError:  # it ended, or is another user's
-            continue
-    return found
-
-
-def _end_with_standard_input(folder: str) -> None:
-    sys.stdin.read()
-    end = time.monotonic() + 30.0
-    while (left := _processes_of(folder)) and time.monotonic() < end:
-        for process in left:
-            try:
-                os.kill(process, signal.SIGKILL)
-            except ProcessLookupError:
-                pass
-        time.sleep(0.02)
-    shutil.rmtree(folder, ignore_errors=True)
-
-
 class Slurm:
     """Nothing of it outlives this process, however that ends: a guard kills what is left."""
 
@@ -91,7 +65,7 @@ class Slurm:
         outer = {name: value for name, value in os.environ.items() if not name.startswith(("SLURM", "SBATCH"))}  # where this is a job itself
         self.environment = {**outer, "PATH": os.pathsep.join((python, _PATH)), "SLURM_CONF": str(self.folder / "slurm.conf")}
         self._daemons: list[subprocess.Popen[bytes]] = []
-        self._guard = subprocess.Popen([sys.executable, __file__, str(self.folder)], stdin=subprocess.PIPE, start_new_session=True)
+        self._guard = Guard(self.folder)
 
     def start(self) -> None:
         self._configure()
@@ -148,10 +122,6 @@ class Slurm:
         return [dict(word.split("=", 1) for word in line.split() if "=" in word) for line in lines]
 
     def close(self) -> None:
-        self._guard.communicate()
+        self._guard.close()
         for daemon in self._daemons:
             daemon.wait(30)
-
-
-if __name__ == "__main__":
-    _end_with_standard_input(sys.argv[1])

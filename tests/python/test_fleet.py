@@ -25,7 +25,7 @@ except ImportError as missing:
 import trundle
 from fleet_logs import finals, make_logs
 from trundle.fleet import store, work, worker
-from trundle.fleet.__main__ import main
+from trundle.fleet.__main__ import main, parser
 from trundle.fleet.host import Limits
 from trundle.fleet.progress import Bar
 from trundle.fleet.logs import date_of, files_of, find_logs, in_shard, sha256_of
@@ -115,6 +115,18 @@ class Found(WithFolder):
         self.place("r2/a/metadata.yaml", "r2/a/a_0.db3", "r2/b.ulg")
         self.assertEqual(self.found("r2"), [("r2/a", "r2"), ("r2/b.ulg", "r2")])
         self.assertEqual(self.found("r2/a"), [("r2/a", "r2")])
+
+    def test_the_same_log_file_by_another_path(self):
+        """Named through a link, by way of another folder, or from another folder; a copy is a log of its own."""
+        for name, toml in (("a", 'file = "link.bag"'), ("b", 'file = "../b/x.bag"'), ("c", f'file = "{self.folder}/c/x.bag"'), ("d", 'file = "../far/x.bag"')):
+            self.place(f"{name}/x.bag", f"{name}/recording.toml", f"{name}/robot.toml", text=f"[wheels]\n{toml}\n")
+        (self.folder / "a/link.bag").symlink_to(self.folder / "a/x.bag")
+        (self.folder / "far").symlink_to(self.folder / "d")
+        self.place("e/r/recording.toml", "e/x.bag", text='[wheels]\nfile = "../x.bag"\n')
+        paths = lambda name: [path for path, _ in self.found(name)]
+        self.assertEqual(list(map(paths, "abcde")), [["a"], ["b"], ["c"], ["d"], ["e/r"]])
+        shutil.copy(self.folder / "b/x.bag", self.folder / "b/y.bag")
+        self.assertEqual(paths("b"), ["b", "b/y.bag"])
 
     def test_a_broken_recording_hides_no_other(self):
         self.place("a/1/wheels.csv", "a/2/wheels.csv", "b/1/wheels.csv")
@@ -314,7 +326,7 @@ class OnSqlite(WithLogs):
     def test_a_host_whose_asker_is_gone_ends_without_a_word(self):
         host = subprocess.Popen([sys.executable, "-m", "trundle.fleet.host"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         host.stdout.close()
-        host.stdin.write(b'["/nowhere", "/nowhere", 2048, 60.0]\n')
+        host.stdin.write(b'["analyse", "/nowhere", ["/nowhere", "/nowhere"], 2048, 60.0]\n')
         host.stdin.flush()
         with host.stderr:
             self.assertEqual((host.stderr.read(), host.wait()), (b"", 0))
@@ -346,6 +358,11 @@ class OnSqlite(WithLogs):
                          f"[{15 * '#'}{15 * ' '}] 100 of 200 logs, 1 failed, 2.0/s 50 s left")
         self.assertEqual(Bar(20000, True).line({"done": 100}, 0.0).split(", ")[1], "0.0/s")
 
+    def test_help_says_which_database_is_enough_and_it_is(self):
+        [url] = re.findall(r"(sqlite:///\S+) is enough", " ".join(parser().format_help().split()))
+        done = subprocess.run([sys.executable, "-m", "trundle.fleet", str(self.logs), "--database", url, "--workers", "0", "--quiet"], cwd=self.folder)
+        self.assertEqual((done.returncode, len(self.rows("SELECT * FROM run"))), (0, 6))
+
     def test_errors_are_one_line(self):
         for given, code in ((["nowhere", "--database", self.url], 3), ([str(self.logs), "--database", "nothing"], 3),
                             ([str(self.logs), "--database", f"sqlite:///{self.folder}/no/folder.db"], 3)):
@@ -357,7 +374,9 @@ class OnSqlite(WithLogs):
                                   capture_output=True, text=True)
             self.assertEqual((done.returncode, len(done.stderr.splitlines())), (3, 1), done.stderr)
             self.assertIn(line, done.stderr)
-        for given in (["--database", self.url], ["x", "--database", self.url, "--shard", "3/2"], ["x"]):
+        address = lambda text: ["x", "--database", self.url, "--scheduler", text]
+        for given in (["--database", self.url], ["x", "--database", self.url, "--shard", "3/2"], ["x"],
+                      *map(address, ("nonsense", "head:", "foo://head:8786", "tcp://head", "tcp://head:8786/", "head:99999"))):
             done = subprocess.run([sys.executable, "-m", "trundle.fleet", *given], capture_output=True, text=True)
             self.assertEqual(done.returncode, 2, done.stderr)
 

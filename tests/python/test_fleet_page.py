@@ -1,8 +1,11 @@
 """The fleet page and what stands beside it, made of a database."""
 
+import contextlib
 import csv
+import io
 import json
 import re
+import tempfile
 import unittest
 import unittest.mock
 from pathlib import Path
@@ -16,8 +19,9 @@ except ImportError as missing:
 
 import fleet_page
 from fleet_logs import make_logs
-from trundle.fleet import needs, page, store
+from trundle.fleet import needs, page, store, worker
 from trundle.fleet.__main__ import main
+from trundle.fleet.host import Limits
 
 HOSTILE = '=1+1</script><script>"\\\n{{history}}'
 
@@ -70,15 +74,58 @@ class Page(WithFolder):
             self.assertIn("'" + HOSTILE, [row["robot"] for row in csv.DictReader(file)])
         samples((self.ours / "fleet.prom").read_text())
 
-    def test_logs_to_page_with_a_report_for_each_robot(self):
+    def with_reports(self, *more):
+        """Asked for reports of two robots with two logs each; returns what was said, the robots that a report was made for,
+        and the reports' texts by robot."""
+        asked = []
+        ask = worker.Host.ask_report
+        given = [str(self.theirs), "--database", f"sqlite:///{self.folder}/fleet.db", "--workers", "0", "-o", str(self.ours), "--reports", "all", *more]
+        with (unittest.mock.patch.object(worker.Host, "ask_report", lambda host, robot, *rest: asked.append(robot) or ask(host, robot, *rest)),
+              contextlib.redirect_stderr(io.StringIO()) as errors, contextlib.redirect_stdout(io.StringIO())):
+            self.assertEqual(main(given), 0)
+        robots = data_of(self.ours / "fleet.html", "data")["robots"]
+        texts = {robot: (self.ours / link).read_text() for robot, link in zip(robots["name"], robots["report"]) if link}
+        return [line for line in errors.getvalue().splitlines() if line.startswith("trundle-fleet")], asked, texts
+
+    def test_a_report_for_each_robot_is_made_once(self):
         make_logs(self.theirs, range(1, 3), 2, Path(ROBOT), 3.0)
-        given = [str(self.theirs), "--database", f"sqlite:///{self.folder}/fleet.db", "--workers", "0", "--quiet",
-                 "-o", str(self.ours), "--reports", "all"]
-        self.assertEqual(main(given), 0)
-        links = data_of(self.ours / "fleet.html", "data")["robots"]["report"]
-        self.assertEqual(len(links), 2)
-        for link in links:
-            self.assertIn("</html>", (self.ours / link).read_text())
+        said, asked, texts = self.with_reports()
+        self.assertEqual((said, asked), ([], ["robot_0001", "robot_0002"]))
+        for text in texts.values():
+            self.assertIn("</html>", text)
+        with tempfile.TemporaryDirectory() as folder:
+            self.ours = Path(folder)
+            self.assertEqual(self.with_reports()[1:], ([], texts), "the database has them")
+        self.ours = self.folder / "python"
+        make_logs(self.theirs, range(2, 3), 3, Path(ROBOT), 3.0)
+        _, asked, again = self.with_reports()
+        self.assertEqual((asked, again["robot_0001"]), (["robot_0002"], texts["robot_0001"]))
+        self.assertNotEqual(again["robot_0002"], texts["robot_0002"])
+
+    def test_a_report_that_fails_stops_nothing(self):
+        """One of its logs is there no longer; where limits are others it is tried again."""
+        make_logs(self.theirs, range(1, 3), 2, Path(ROBOT), 0.6)
+        self.with_reports("--reports", "none")
+        log = self.theirs / "robot_0002/2026-03-02"
+        log.rename(self.folder / "away")
+        said, asked, texts = self.with_reports()
+        self.assertEqual((asked, list(texts)), (["robot_0001", *3 * ["robot_0002"]], ["robot_0001"]))
+        self.assertRegex(said[-2], "^trundle-fleet: report of robot_0002: .*2026-03-02")
+        self.assertEqual(said[-1], "trundle-fleet: reports of single robots that could not be made: 1; their lines are in the table report")
+        (self.folder / "away").rename(log)
+        self.assertEqual(self.with_reports()[1], [])
+        said, asked, texts = self.with_reports("--time-limit-s", "299")
+        self.assertEqual((said, asked, list(texts)), ([], ["robot_0002"], ["robot_0001", "robot_0002"]))
+
+    def test_a_report_has_the_limits_of_a_log(self):
+        make_logs(self.theirs, range(9, 10), 1, Path(ROBOT), 60.0)
+        host = worker.Host()
+        self.addCleanup(host.close)
+        log = str(self.theirs / "robot_0009/2026-03-02")
+        shows = {"robot_file": ROBOT, "calibrated_on": [log], "last": log}
+        self.assertEqual(host.ask_report("r", shows, Limits(2048, 0.05)), {"line": "report of r: takes longer than the time limit of 0.05 s"})
+        self.assertEqual(host.ask_report("r", shows, Limits(1, 60.0)), {"line": "report of r: needs more than the memory limit of 1 MB"})
+        self.assertIn("</html>", host.ask_report("r", shows, Limits(2048, 60.0))["document"])
 
     def test_a_reason_that_no_robot_has_is_0(self):
         fleet_page.write(self.ours, 5, 2)
@@ -101,7 +148,7 @@ class Page(WithFolder):
         database = store.Store(f"sqlite:///{self.folder}/empty.db")
         database.engine.url = sqlalchemy.engine.make_url("postgresql://fleet:secret@db/fleet")
         with unittest.mock.patch.object(store, "Store", lambda *_, **__: database), self.assertRaisesRegex(ValueError, r"fleet:\*\*\*@db/fleet: has no run"):
-            page.write_page("postgresql://fleet:secret@db/fleet", str(self.ours), "none")
+            page.write_page("postgresql://fleet:secret@db/fleet", str(self.ours), "none", lambda *_: None)
 
     def test_nothing_in_the_database(self):
         self.assertEqual(main(["--database", f"sqlite:///{self.folder}/empty.db", "-o", str(self.ours)]), 3)
@@ -111,8 +158,11 @@ class Needs(unittest.TestCase):
     def test_the_run_that_shows_it(self):
         self.assertEqual(needs.runs_for([], 3), [])
         self.assertEqual(needs.runs_for([], 0)[0][:20], "a run with a referen")
-        self.assertEqual(needs.runs_for(["left.diameter", "right.diameter"], 2), ["a straight run of measured length"])
+        self.assertEqual(needs.runs_for(["left.diameter", "right.diameter"], 2), ["add one straight run of known length"])
         self.assertEqual(needs.runs_for(["track"], 1)[-1], needs.ANOTHER_DAY)
+        self.assertEqual(needs.runs_for(["track"], 2, ["gyro.scale", "left.diameter", "right.diameter"])[1:],
+                         [f"add one straight run of known length: left.diameter, right.diameter {needs.BADLY_KNOWN}"])
+        self.assertEqual(list(map(needs.is_urgent, needs.runs_for(["track"], 1, ["left.diameter"]))), [True, False, False])
 
 
 if __name__ == "__main__":

@@ -1,5 +1,8 @@
 """The same on PostgreSQL, on a server that the test starts and kills."""
 
+import os
+import subprocess
+import sys
 import threading
 import time
 import unittest
@@ -10,6 +13,7 @@ except ImportError as missing:
     raise unittest.SkipTest(f"{missing}: apt-get install python3-psycopg2") from missing
 
 import fleet_logs
+import guard
 import postgres
 import test_fleet
 from trundle.fleet import store
@@ -66,6 +70,21 @@ class OnPostgres(test_fleet.WithLogs):
         SERVER.start()
         working.join()
         self.assertEqual(fleet_logs.finals(self.url), expected)
+
+
+class Guarded(unittest.TestCase):
+    def test_the_server_of_a_test_that_is_killed_ends(self):
+        code = "import postgres, time; server = postgres.Postgres(); server.start(); print(server.folder, flush=True); time.sleep(600)"
+        test = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)})
+        self.addCleanup(test.stdout.close)
+        self.addCleanup(lambda: (test.kill(), test.wait()))
+        folder = test.stdout.readline().strip()
+        self.assertGreater(len(guard.processes_of(folder)), 1)
+        test.kill()
+        end = time.monotonic() + 30.0
+        while (guard.processes_of(folder) or os.path.exists(folder)) and time.monotonic() < end:
+            time.sleep(0.05)
+        self.assertEqual((guard.processes_of(folder), os.path.exists(folder)), ([], False))
 
 
 if __name__ == "__main__":

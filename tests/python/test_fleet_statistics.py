@@ -239,6 +239,20 @@ class Summary(unittest.TestCase):
         self.assertAlmostEqual(one.estimates[0].high, 0.1 + 1.96e-4, 9)
         self.assertEqual(summary.needs_of(fleet.robots["a"])[0][:16], "the same on anot")
 
+    def test_a_robot_that_is_badly_known_is_named_and_no_other(self):
+        """The others' spread is 0.2 %; the last's runs are known to 2 %, those of the one before to 0.1 %. Its bias is not asked for."""
+        robots = self.fleet()
+        for robot, sigma in (("robot_28", 1e-4), ("robot_29", 2e-3)):
+            robots[robot] = [run._replace(parameters={"left.diameter": Row(0.1, sigma), "track": Row(0.3, 0.1), "gyro.bias": Row(0.0, 1.0)})
+                             for run in robots[robot][:2]]
+        fleet = summary.summarise(robots)
+        self.assertEqual(fleet.parameters["type"][0].badly_known(), ["robot_29"])
+        for parameter in fleet.parameters["type"]:
+            if parameter.name == "gyro.bias":
+                self.assertEqual(parameter.badly_known(), [])
+        self.assertEqual(summary.needs_of(robots["robot_29"], ["left.diameter"]),
+                         [f"add one straight run of known length: left.diameter {needs.BADLY_KNOWN}"])
+
     def test_without_dates_no_change_is_looked_for(self):
         runs = [run_of("a", day, {"left.diameter": Row(0.1 + 0.01 * (day > 5), 1e-5)})._replace(date=None) for day in range(10)]
         self.assertEqual(summary.summarise({"a": runs}).parameters["type"][0].changes, [])

@@ -16,6 +16,7 @@ const largest = fleet.types.map((_, i) => robots.type.filter((type) => type === 
 
 const fixedColumns = [
   { name: 'name', kind: 'words wide', key: (i) => robots.name[i], text: (i) => robots.name[i] },
+  ...(robots.report.some(Boolean) ? [{ name: 'report', kind: 'words', falls: true, key: (i) => Number(Boolean(robots.report[i])), text: (i) => (robots.report[i] ? words.report : ''), link: (i) => robots.report[i] }] : []),
   { name: 'type', kind: 'words', key: (i) => fleet.types[robots.type[i]].name, text: (i) => fleet.types[robots.type[i]].name },
   { name: 'attention', kind: 'words wide reasons', falls: true, key: (i) => robots.score[i], text: (i) => robots.reasons[i].map((reason) => words.reasons[reason]).join(', ') },
   { name: 'runs', falls: true, key: (i) => robots.runs[i], text: (i) => String(robots.runs[i]) },

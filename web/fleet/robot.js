@@ -59,7 +59,7 @@ export function makeRobotDialog() {
     close.addEventListener('click', () => dialog.close());
     const report = robots.report[robot];
     dialog.replaceChildren(...[
-      html('header', {}, html('h2', {}, robots.name[robot]), html('span', { class: 'soft' }, type), report ? html('a', { href: report }, words.robot.open) : null, close),
+      html('header', {}, html('h2', {}, robots.name[robot]), html('span', { class: 'soft' }, type), report ? html('a', { href: report }, words.report) : null, close),
       html('p', { class: 'reasons' }, robots.reasons[robot].map((reason) => words.reasons[reason]).join(', ')),
       robots.needs[robot].length ? html('p', {}, `${words.robot.needs}: ${robots.needs[robot].map((need) => fleet.needs[need]).join('; ')}`) : null,
       table([words.robot.parameter, words.robot.value, words.robot.interval, words.robot.population, words.robot.change], parameters.map((parameter, i) => parameterRow(robot, parameter, i))),

@@ -5,6 +5,11 @@ import { filtered, sorted } from './data.js';
 
 const spare = 6; // rows above and below the window, so that scrolling shows no gap
 
+function setLink(node, address) {
+  if (address) node.setAttribute('href', address);
+  else node.removeAttribute('href');
+}
+
 export function makeTable(open, onChange) {
   const head = html('div', { class: 'head', role: 'row' });
   const body = html('div', { class: 'rows', role: 'rowgroup' });
@@ -18,13 +23,15 @@ export function makeTable(open, onChange) {
     state.columns.forEach((column, i) => {
       const cell = node.children[i];
       const text = column.text(robot);
-      if (cell.firstChild.data !== text) cell.firstChild.data = text;
+      const holder = column.link ? cell.firstChild : cell;
+      if (holder.firstChild.data !== text) holder.firstChild.data = text;
+      if (column.link) setLink(holder, column.link(robot));
       cell.className = `${column.kind ?? ''} ${column.mark?.(robot) ?? ''}`;
     });
   }
 
   function rowNode() {
-    const node = html('div', { class: 'row', role: 'row', tabindex: 0 }, state.columns.map(() => html('span', { role: 'cell' }, ' ')));
+    const node = html('div', { class: 'row', role: 'row', tabindex: 0 }, state.columns.map(({ link }) => html('span', { role: 'cell' }, link ? html('a', {}, ' ') : ' ')));
     body.append(node);
     return node;
   }
@@ -72,7 +79,7 @@ export function makeTable(open, onChange) {
   });
   const openAt = (event) => {
     const row = event.target.closest('.row');
-    if (row) open(row.robot);
+    if (row && !event.target.closest('a[href]')) open(row.robot);
   };
   body.addEventListener('click', openAt);
   body.addEventListener('keydown', (event) => event.key === 'Enter' && openAt(event));

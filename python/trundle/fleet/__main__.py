@@ -6,8 +6,9 @@ import argparse
 import functools
 import hashlib
 import json
+import re
 import sys
-from typing import Optional
+from typing import Any, Optional
 
 import trundle
 
@@ -43,6 +44,14 @@ def _from(least: float, kind: type = int) -> "functools.partial[float]":
     return functools.partial(parse, least, kind)
 
 
+def _address(text: str) -> str:
+    """Looked at before Dask is, which takes 20 s to give up what it cannot read."""
+    parts = re.fullmatch(r"(?:(?:tcp|tls|ws|wss)://)?(?:[^\s/:]+|\[[0-9A-Fa-f:.]+\]):(\d{1,5})", text)
+    if parts is None or not 1 <= int(parts[1]) <= 65535:
+        raise argparse.ArgumentTypeError(f"is '{text}'; expected HOST:PORT or tcp://HOST:PORT, tls, ws or wss alike")
+    return text
+
+
 def parser() -> argparse.ArgumentParser:
     made = argparse.ArgumentParser(
         prog="trundle-fleet", description="Calibration, health, slip and odometry of many logs, and what the fleet shows.",
@@ -50,15 +59,15 @@ def parser() -> argparse.ArgumentParser:
     add = made.add_argument
     add("logs", nargs="*", metavar="LOGS", help="folders, lists (.txt, .csv), patterns or logs; none: only -o, of what the database holds")
     add("--robot", metavar="FILE", help="robot.toml of all logs; without it, the one beside or above each")
-    add("--database", required=True, metavar="URL", help="sqlite:///FILE or postgresql://[USER@]HOST/NAME")
-    add("--scheduler", metavar="ADDRESS", help="of a Dask scheduler; without it, a cluster of this machine's processes")
+    add("--database", required=True, metavar="URL", help="sqlite:///fleet.db is enough on one machine: a file, made where it is missing; for several postgresql://[USER@]HOST/NAME")
+    add("--scheduler", type=_address, metavar="ADDRESS", help="of a Dask scheduler; without it, a cluster of this machine's processes")
     add("--workers", type=_from(0), default=2, metavar="N", help="processes of that cluster (2); 0: none, in this process without Dask")
     add("--shard", type=_shard, metavar="K/N", help="only the K-th of N parts of the logs: for arrays of jobs")
-    add("--memory-limit-mb", type=_from(1), default=2048, metavar="MB", help="of one log (2048)")
-    add("--time-limit-s", type=_from(0.1, float), default=300.0, metavar="S", help="of one log (300)")
+    add("--memory-limit-mb", type=_from(1), default=2048, metavar="MB", help="of one log, or report (2048)")
+    add("--time-limit-s", type=_from(0.1, float), default=300.0, metavar="S", help="of one log, or report (300)")
     add("--lease-s", type=_from(1, float), default=30.0, metavar="S", help="after which the logs of a lost worker are others' (30)")
     add("-o", dest="output", metavar="FOLDER", help="write fleet.html, the CSV files and fleet.prom there")
-    add("--reports", choices=("attention", "all", "none"), default="attention", help="which robots get a report of their own")
+    add("--reports", choices=("attention", "all", "none"), default="attention", help="which robots get a report of their own (attention)")
     add("--json", action="store_true", help="print the counts as one JSON document")
     add("--quiet", action="store_true", help="no progress")
     add("--version", action="version", version=trundle.__version__)
@@ -101,9 +110,24 @@ def _analyse(given: argparse.Namespace) -> tuple[dict[str, int], list[str]]:
     return counts, store.failed_lines(database, request, _LINES)
 
 
+def _make_reports(given: argparse.Namespace, database: Any, shows: dict[str, str]) -> None:
+    from . import engine, reports, store
+    from .host import Limits
+    from .progress import Bar
+    from .worker import Job
+
+    limits = Limits(given.memory_limit_mb, given.time_limit_s)
+    as_text = store.canonical(limits._asdict())
+    request = reports.request_for(shows, as_text)
+    if missing := store.register_reports(database, request, shows, as_text):
+        job = Job(given.database, request, limits, given.lease_s, reports=True)
+        with Bar(sum(store.progress(database, request, job.table).values()), given.quiet, "reports") as bar:
+            engine.work_on(job, bar, workers=min(given.workers, missing), scheduler=given.scheduler)
+
+
 def run(given: argparse.Namespace) -> int:
     if given.output:
-        from .page import require_folder
+        from .files import require_folder
 
         require_folder(given.output)  # before hours of work
     counts, lines = _analyse(given) if given.logs else ({}, [])
@@ -115,7 +139,10 @@ def run(given: argparse.Namespace) -> int:
     if given.output:
         from .page import write_page
 
-        document["outputs"] = write_page(given.database, given.output, given.reports)
+        document["outputs"], lines = write_page(given.database, given.output, given.reports, functools.partial(_make_reports, given))
+        if lines and not given.quiet:
+            print(*(f"trundle-fleet: {line}" for line in lines[:_LINES]), sep="\n", file=sys.stderr)
+            print(f"trundle-fleet: reports of single robots that could not be made: {len(lines)}; their lines are in the table report", file=sys.stderr)
     if given.json:
         print(json.dumps(document))
     elif not given.quiet:

@@ -79,15 +79,17 @@ def _logs_below(root: Path) -> Iterator[Path]:
     recordings = set(_recordings_below(root, set()))
     yield from recordings
     places = {path if path.is_dir() else path.parent for path in recordings}
+    mapped = {place: _mapped_by(place / "recording.toml") for place in places}
+    read = {os.path.realpath(file) for files in mapped.values() for file in files}  # by whatever path a recording names it
     for place, folders, names in os.walk(root):
         folder = Path(place)
         bags = {name for name in folders if _is_rosbag2(folder / name)}
         logs = {folder / name for name in (*bags, *names) if name in bags or Path(name).suffix.lower() in _LOG_SUFFIXES}
         if folder in places:
-            logs -= set(_mapped_by(folder / "recording.toml")) or logs
+            logs = logs if mapped[folder] else set()
             bags.update(folders)
         folders[:] = set(folders) - bags
-        yield from logs - recordings
+        yield from (log for log in logs - recordings if os.path.realpath(log) not in read)
 
 
 def _rows_of(file: Path) -> Iterator[tuple[int, dict[str, str]]]:

@@ -5,21 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 _WITH_REFERENCE = "a run with a reference: straight, squares or turns whose ends are measured"
+BADLY_KNOWN = "better determined by the other robots of its type than by its own runs"
 ANOTHER_DAY = "the same on another day: the variation between sessions is unknown"
-_RUNS = (  # by the end, or the start, of the parameter's name
-    (".diameter", "a straight run of measured length"),
-    ("track", "ten turns on the spot each way, the heading measured at the end"),
-    (".lever", "ten turns on the spot each way, the heading measured at the end"),
-    ("gyro.scale", "ten turns on the spot each way, the heading measured at the end"),
-    ("gyro.bias", "a rest of ten seconds"),
-    ("icr_x", "turns on the spot, the position measured at the end"),
-    ("scrub", "wide curves and turns on the spot each way, the heading measured at the end"),
-    (".direction", "straight and sideways runs, the position measured at the end"),
-    (".steering_zero", "a straight run, the position measured at the end"),
-    (".steering_scale", "circles each way, the heading measured at the end"),
-    (".x", "circles each way, the heading measured at the end"),
-    (".y", "circles each way, the heading measured at the end"),
-    ("velocity.", "straight runs and squares at two speeds, with stops"),
+_RUNS = (  # by the end, or the start, of the parameter's name; in the words of `trundle calibrate`
+    (".diameter", "add one straight run of known length"),
+    ("track", "add several full turns of measured angle, both ways"),
+    (".lever", "add several full turns of measured angle, both ways"),
+    ("gyro.scale", "add several full turns of measured angle, both ways"),
+    ("gyro.bias", "stand still for ten seconds"),
+    ("icr_x", "turn on the spot with the position measured"),
+    ("scrub", "drive wide curves and sharp ones, and turn on the spot, with the heading measured"),
+    (".direction", "drive straight ahead and sideways, with the position measured"),
+    (".steering_zero", "drive straight ahead, and back, with the position measured"),
+    (".steering_scale", "drive curves of very different radii, both ways, with the heading measured"),
+    (".x", "drive curves of very different radii, both ways, with the heading measured"),
+    (".y", "drive curves of very different radii, both ways, with the heading measured"),
+    ("velocity.", "drive straight runs and squares at two speeds, with stops"),
 )
 
 
@@ -28,9 +29,20 @@ def run_for(parameter: str) -> str:
     return next((run for part, run in _RUNS if parameter.endswith(part) or parameter.startswith(part)), _WITH_REFERENCE)
 
 
-def runs_for(unobservable: Iterable[str], calibrated_days: int) -> list[str]:
-    """What to drive next, the most telling first; nothing where all is known."""
+def runs_for(unobservable: Iterable[str], calibrated_days: int, badly_known: Iterable[str] = ()) -> list[str]:
+    """What to drive next, the most telling first; nothing where all is known. `badly_known`: parameters that the other robots
+    of the type tell more of than the robot's own runs."""
     if calibrated_days == 0:
         return [_WITH_REFERENCE]
     runs = list(dict.fromkeys(run_for(parameter) for parameter in unobservable))
+    more: dict[str, list[str]] = {}
+    for parameter in badly_known:
+        if (run := run_for(parameter)) not in runs:
+            more.setdefault(run, []).append(parameter)
+    runs += [f"{run}: {', '.join(names)} {BADLY_KNOWN}" for run, names in more.items()]
     return runs + [ANOTHER_DAY] if calibrated_days == 1 else runs
+
+
+def is_urgent(need: str) -> bool:
+    """Whether without it something is not known at all."""
+    return need != ANOTHER_DAY and not need.endswith(BADLY_KNOWN)

@@ -6,20 +6,16 @@ import csv
 import io
 import json
 import math
-import os
-import re
-import tempfile
-import zlib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, Optional
 
 import trundle
 
-from . import outliers, store
-from .needs import ANOTHER_DAY
+from . import outliers, reports, store
+from .files import write
+from .needs import is_urgent
 from .summary import Fleet, Run, TypeParameter, load, needs_of, summarise
-from .work import recording_of
 
 
 def _number(value: Any) -> Optional[float]:
@@ -45,14 +41,17 @@ class _Attention:
     def __init__(self, fleet: Fleet) -> None:
         self.reasons: dict[str, list[str]] = {robot: [] for robot in fleet.robots}
         self.changes: dict[str, list[list[str]]] = {robot: [] for robot in fleet.robots}
-        self.needs = {robot: needs_of(runs) for robot, runs in fleet.robots.items()}
+        badly_known: dict[str, list[str]] = {robot: [] for robot in fleet.robots}
         for parameters in fleet.parameters.values():
             for parameter in parameters:
                 self._of_parameter(parameter)
+                for robot in parameter.badly_known():
+                    badly_known[robot].append(parameter.name)
+        self.needs = {robot: needs_of(runs, badly_known[robot]) for robot, runs in fleet.robots.items()}
         for robot, runs in fleet.robots.items():
             self._add(robot, "failed", runs[-1].status == "failed")
             self._add(robot, "warning", runs[-1].warnings > 0)
-            self._add(robot, "run_needed", any(need != ANOTHER_DAY for need in self.needs[robot]))
+            self._add(robot, "run_needed", any(map(is_urgent, self.needs[robot])))
 
     def _add(self, robot: str, reason: str, holds: bool = True) -> None:
         if holds and reason not in self.reasons[robot]:
@@ -91,7 +90,7 @@ def _last(runs: list[Run], name: str) -> Optional[float]:
     return next((_number(run.measures[name]) for run in reversed(runs) if run.measures.get(name) is not None), None)
 
 
-def _data(fleet: Fleet, attention: _Attention, reports: dict[str, str]) -> dict[str, Any]:
+def _data(fleet: Fleet, attention: _Attention, links: dict[str, str]) -> dict[str, Any]:
     types = list(fleet.parameters)
     runs = [run for of_robot in fleet.robots.values() for run in of_robot]
     dates = sorted(run.date for run in runs if run.date)
@@ -113,7 +112,7 @@ def _data(fleet: Fleet, attention: _Attention, reports: dict[str, str]) -> dict[
             "changes": [attention.changes[robot] for robot in robots],
             "needs": [[needs.index(need) for need in attention.needs[robot]] for robot in robots],
             "values": [values[robot] for robot in robots],
-            "report": [reports.get(robot, "") for robot in robots],
+            "report": [links.get(robot, "") for robot in robots],
         },
     }
 
@@ -198,56 +197,11 @@ def _prometheus(fleet: Fleet, attention: _Attention) -> str:
     return "\n".join(lines) + "\n"
 
 
-def require_folder(folder: str) -> None:
-    """A folder that can be written to."""
-    try:
-        Path(folder).mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        raise ValueError(f"{folder}: {error.strerror}; expected a folder to write to") from None
+Make = Callable[[store.Store, dict[str, str]], None]  # makes reports of robots, of what each shall show
 
 
-def _write(path: Path, text: str) -> str:
-    """A run that is killed leaves the old file or none."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    temporary.write_text(text, encoding="utf-8")
-    temporary.replace(path)
-    return str(path)
-
-
-def _own_report(runs: list[Run], robot_file: str) -> Optional[str]:
-    """The report page of a robot: calibrated on all of its runs, with odometry and slip of the last."""
-    logs = [run.log for run in runs if run.status == "done"]
-    with tempfile.TemporaryDirectory() as folder:
-        try:
-            robot = trundle.Robot(robot_file)
-            calibration = trundle.calibrate([recording_of(run.log) for run in runs if run.parameters], robot)
-            calibration.save(Path(folder, "calibrated.toml"))
-            last = recording_of(logs[-1])
-            trundle.odometry(last, calibration.robot).save(Path(folder, "odometry.csv"))
-            trundle.slip(last, calibration.robot).save(Path(folder, "slip.csv"))
-            return trundle.report(folder).html
-        except (ValueError, IndexError, OSError, trundle.CannotAnswer):
-            return None  # the page itself has what is known of it
-
-
-def _write_reports(fleet: Fleet, attention: _Attention, robot_files: dict[str, str], folder: Path, which: str) -> dict[str, str]:
-    links = {}
-    for robot, runs in fleet.robots.items():
-        if which == "none" or (which == "attention" and not attention.reasons[robot]):
-            continue
-        html = _own_report(runs, robot_files.get(robot, ""))
-        if html is not None:
-            name = f"robots/{re.sub('[^A-Za-z0-9_.-]', '_', robot)}_{zlib.crc32(robot.encode()):08x}.html"
-            links[robot] = name
-            _write(folder / name, html)
-    return links
-
-
-def write_page(url: str, folder: str, reports: str) -> list[str]:
-    """Returns the files that it wrote, without the reports of single robots."""
+def write_page(url: str, folder: str, which: str, make: Make) -> tuple[list[str], list[str]]:
+    """Returns the files that it wrote, without the reports of single robots, and why some of these could not be made."""
     database, place = store.Store(url, patience_s=10.0), Path(folder)
     database.create_tables()
     robots = load(database)
@@ -256,7 +210,10 @@ def write_page(url: str, folder: str, reports: str) -> list[str]:
     fleet = summarise(robots)
     attention = _Attention(fleet)
     files = {row.name: row.robot_file for row in database.rows(store.robots.select())}
-    links = _write_reports(fleet, attention, files, place, reports)
-    written = [_write(place / "fleet.html", page(_data(fleet, attention, links), _history(fleet)))]
-    written += [_write(place / name, text) for name, text in _tables(fleet, attention).items()]
-    return [*written, _write(place / "fleet.prom", _prometheus(fleet, attention))]
+    chosen = [robot for robot in robots if which == "all" or (which == "attention" and attention.reasons[robot])]
+    shows = {robot: text for robot in chosen if (text := reports.shown_by(robots[robot], files.get(robot, ""))) is not None}
+    make(database, shows)
+    links, lines = reports.write_reports(database, shows, place)
+    written = [write(place / "fleet.html", page(_data(fleet, attention, links), _history(fleet)))]
+    written += [write(place / name, text) for name, text in _tables(fleet, attention).items()]
+    return [*written, write(place / "fleet.prom", _prometheus(fleet, attention))], lines

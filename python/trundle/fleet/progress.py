@@ -19,10 +19,10 @@ def _in_words(seconds: float) -> str:
 
 
 class Bar:
-    """Is called with the number of logs by their state; on a terminal a line that changes, else a line now and then."""
+    """Is called with the number of things by their state; on a terminal a line that changes, else a line now and then."""
 
-    def __init__(self, total: int, quiet: bool) -> None:
-        self.total, self.quiet = total, quiet
+    def __init__(self, total: int, quiet: bool, things: str = "logs") -> None:
+        self.total, self.quiet, self.things = total, quiet, things
         self._terminal = sys.stderr.isatty()
         self._start: Optional[tuple[float, int]] = None  # the rate is that of this run, not of one before that it resumes
         self._last = 0.0
@@ -42,7 +42,7 @@ class Bar:
         left = f"{_in_words((self.total - done) / rate)} left" if rate > 0 and done < self.total else ""
         bar = "#" * (_WIDTH * done // max(self.total, 1))
         failed = f", {counts['failed']} failed" if counts.get("failed") else ""
-        return f"[{bar:<{_WIDTH}}] {done} of {self.total} logs{failed}, {rate:.1f}/s {left}".rstrip()
+        return f"[{bar:<{_WIDTH}}] {done} of {self.total} {self.things}{failed}, {rate:.1f}/s {left}".rstrip()
 
     def __call__(self, counts: dict[str, int]) -> None:
         now = time.monotonic()

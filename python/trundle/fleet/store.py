@@ -1,6 +1,6 @@
-"""The database: logs with their leases, and a row for each robot, run, parameter and finding.
+"""The database: logs and reports of robots with their leases, and a row for each robot, run, parameter and finding.
 
-Logs are claimed under a lease, which its worker renews while it lives; what is stored is stored by who still holds
+Logs, and likewise reports, are claimed under a lease, which its worker renews while it lives; what is stored is stored by who still holds
 the lease, together with the end of it in one transaction. So each log has one final row, whoever is killed when.
 """
 
@@ -24,6 +24,19 @@ MOST_LOSSES = 10  # leases that ended with their worker: beyond, the log is what
 
 _tables = sql.MetaData()
 _text = sql.Text
+
+
+def _queue(name: str) -> Iterable[Any]:
+    """Columns of what is claimed and worked off."""
+    yield sql.Column("request", _text, nullable=False)
+    yield sql.Column("state", _text, nullable=False)  # waiting, leased, done, failed
+    yield sql.Column("attempts", sql.Integer, nullable=False)
+    yield sql.Column("losses", sql.Integer, nullable=False)
+    yield sql.Column("lease", _text)
+    yield sql.Column("lease_until_s", sql.Float)  # of the database's clock
+    yield sql.Index(f"{name}_by_state", "request", "state", "losses", "id")
+
+
 logs = sql.Table(
     "log", _tables,
     sql.Column("id", sql.Integer, primary_key=True),
@@ -31,13 +44,17 @@ logs = sql.Table(
     sql.Column("robot_file", _text, nullable=False),
     sql.Column("robot", _text, nullable=False),
     sql.Column("date", _text),
-    sql.Column("request", _text, nullable=False),
-    sql.Column("state", _text, nullable=False),  # waiting, leased, done, failed
-    sql.Column("attempts", sql.Integer, nullable=False),
-    sql.Column("losses", sql.Integer, nullable=False),
-    sql.Column("lease", _text),
-    sql.Column("lease_until_s", sql.Float),  # of the database's clock
-    sql.Index("log_by_state", "request", "state", "losses", "id"),
+    *_queue("log"),
+)
+reports = sql.Table(
+    "report", _tables,
+    sql.Column("id", sql.Integer, primary_key=True),
+    sql.Column("robot", _text, nullable=False, unique=True),
+    sql.Column("shows", _text, nullable=False),  # canonical JSON of all that it is made of
+    sql.Column("limits", _text, nullable=False),
+    sql.Column("line", _text, nullable=False),  # why there is none
+    sql.Column("html", sql.LargeBinary),  # by zlib
+    *_queue("report"),
 )
 robots = sql.Table(
     "robot", _tables,
@@ -97,6 +114,17 @@ class Claim(NamedTuple):
     date: Optional[str]
     attempts: int
     losses: int
+
+
+class ReportClaim(NamedTuple):
+    id: int
+    robot: str
+    shows: str
+    attempts: int
+    losses: int
+
+
+_CLAIMS: dict[sql.Table, Any] = {logs: Claim, reports: ReportClaim}
 
 
 def canonical(document: Any) -> str:
@@ -188,14 +216,17 @@ def register(store: Store, request: str, found: Iterable[Log], types: Callable[[
         store.transact(functools.partial(_register, store, request, some, types))
 
 
+def _leased_for(store: Store, table: sql.Table, request: str) -> Any:
+    return sql.and_(table.c.state == "leased", table.c.lease_until_s >= store.now(), table.c.request == request)
+
+
 def _register(store: Store, request: str, found: list[Log], types: Callable[[Log], str], connection: Any) -> None:
     rows = [{**log._asdict(), "request": request, "state": "waiting", "attempts": 0, "losses": 0} for log in found]
     inserted = store.insert(logs)
     new = inserted.excluded
-    leased = sql.and_(logs.c.state == "leased", logs.c.lease_until_s >= store.now(), logs.c.request == request)
     changed = {name: new[name] for name in ("robot_file", "robot", "date", "request", "state", "attempts", "losses")}
     connection.execute(
-        inserted.on_conflict_do_update(index_elements=["path"], set_={**changed, "lease": None}, where=~leased), rows)
+        inserted.on_conflict_do_update(index_elements=["path"], set_={**changed, "lease": None}, where=~_leased_for(store, logs, request)), rows)
     told_last = sorted(found, key=lambda log: bool(types(log)))  # a log without a robot file does not hide that of the others
     named = {log.robot: {"name": log.robot, "type": types(log), "robot_file": log.robot_file} for log in told_last}
     inserted = store.insert(robots)
@@ -203,41 +234,84 @@ def _register(store: Store, request: str, found: list[Log], types: Callable[[Log
     connection.execute(inserted.on_conflict_do_update(index_elements=["name"], set_=update), list(named.values()))
 
 
-def claim(store: Store, request: str, lease: str, count: int, lease_s: float) -> list[Claim]:
-    """Takes up to `count` logs under one lease: those that wait, and those whose worker is gone."""
-    return store.transact(functools.partial(_claim, store, request, lease, count, lease_s))
+def register_reports(store: Store, request: str, shows: dict[str, str], limits: str) -> int:
+    """Puts those reports to be made, of `shows` by robot, that are not there as they shall be; returns how many. One that
+    failed may do better under other limits."""
+    def put(connection: Any) -> int:
+        columns = [reports.c[name] for name in ("robot", "shows", "state", "limits")]
+        known = {row.robot: row for row in connection.execute(sql.select(*columns))}
+        wanted = [robot for robot, text in shows.items() if not (
+            (row := known.get(robot)) and row.shows == text and (row.state == "done" or (row.state == "failed" and row.limits == limits)))]
+        rows = [{"robot": robot, "shows": shows[robot], "limits": limits, "line": "", "html": None, "request": request,
+                 "state": "waiting", "attempts": 0, "losses": 0} for robot in wanted]
+        for start in range(0, len(rows), 500):
+            inserted = store.insert(reports)
+            changed = {name: inserted.excluded[name] for name in rows[0] if name != "robot"}
+            connection.execute(inserted.on_conflict_do_update(
+                index_elements=["robot"], set_={**changed, "lease": None}, where=~_leased_for(store, reports, request)), rows[start : start + 500])
+        return len(wanted)
+
+    return store.transact(put)
 
 
-def _claim(store: Store, request: str, lease: str, count: int, lease_s: float, connection: Any) -> list[Claim]:
-    now = store.now()
-    expired = sql.and_(logs.c.state == "leased", logs.c.lease_until_s < now)
+def claim(store: Store, request: str, lease: str, count: int, lease_s: float, table: sql.Table = logs) -> list[Any]:
+    """Takes up to `count` logs, or reports, under one lease: those that wait, and those whose worker is gone."""
+    return store.transact(functools.partial(_claim, store, request, lease, count, lease_s, table=table))
+
+
+def _claim(store: Store, request: str, lease: str, count: int, lease_s: float, connection: Any, table: sql.Table = logs) -> list[Any]:
+    now, c = store.now(), table.c
+    expired = sql.and_(c.state == "leased", c.lease_until_s < now)
     free = (
-        sql.select(logs.c.id)
-        .where(logs.c.request == request, sql.or_(logs.c.state == "waiting", expired))
-        .order_by(logs.c.losses, logs.c.id)  # what lost its worker comes last: it shall not hold up the rest
+        sql.select(c.id)
+        .where(c.request == request, sql.or_(c.state == "waiting", expired))
+        .order_by(c.losses, c.id)  # what lost its worker comes last: it shall not hold up the rest
         .limit(count)
         .with_for_update(skip_locked=True)  # left out by SQLite, whose transaction has the whole file
     )
     ids = [row.id for row in connection.execute(free)]
     if not ids:
         return []
-    taken = logs.c.id.in_(ids)
-    lost = sql.case((logs.c.state == "leased", logs.c.losses + 1), else_=logs.c.losses)
-    connection.execute(logs.update().where(taken).values(state="leased", losses=lost, lease=lease, lease_until_s=now + lease_s))
-    columns = [logs.c[name] for name in Claim._fields]
-    return [Claim(*row) for row in connection.execute(sql.select(*columns).where(taken).order_by(logs.c.id))]
+    taken = c.id.in_(ids)
+    lost = sql.case((c.state == "leased", c.losses + 1), else_=c.losses)
+    connection.execute(table.update().where(taken).values(state="leased", losses=lost, lease=lease, lease_until_s=now + lease_s))
+    kind = _CLAIMS[table]
+    columns = [c[name] for name in kind._fields]
+    return [kind(*row) for row in connection.execute(sql.select(*columns).where(taken).order_by(c.id))]
 
 
-def renew(store: Store, lease: str, lease_s: float) -> None:
-    held = sql.and_(logs.c.lease == lease, logs.c.state == "leased")
-    store.change(logs.update().where(held).values(lease_until_s=store.now() + lease_s))
+def _held(table: sql.Table, lease: str) -> Any:
+    return sql.and_(table.c.lease == lease, table.c.state == "leased")
 
 
-def release(store: Store, lease: str, ids: list[int], *, attempts: int = 0, losses: int = 0) -> None:
-    """Puts logs back, with so many more failed attempts, or processes that were lost at work on them."""
-    held = sql.and_(logs.c.id.in_(ids), logs.c.lease == lease, logs.c.state == "leased")
-    back = {"state": "waiting", "lease": None, "attempts": logs.c.attempts + attempts, "losses": logs.c.losses + losses}
-    store.change(logs.update().where(held).values(back))
+def renew(store: Store, lease: str, lease_s: float, table: sql.Table = logs) -> None:
+    store.change(table.update().where(_held(table, lease)).values(lease_until_s=store.now() + lease_s))
+
+
+def release(store: Store, lease: str, ids: list[int], *, attempts: int = 0, losses: int = 0, table: sql.Table = logs) -> None:
+    """Puts work back, with so many more failed attempts, or processes that were lost at work on it."""
+    c = table.c
+    back = {"state": "waiting", "lease": None, "attempts": c.attempts + attempts, "losses": c.losses + losses}
+    store.change(table.update().where(c.id.in_(ids), _held(table, lease)).values(back))
+
+
+def finish_report(store: Store, lease: str, id: int, html: Optional[bytes], line: str) -> int:
+    """Stores a report, or why there is none, and ends the lease; returns 1 where it was still held."""
+    final = {"state": "failed" if html is None else "done", "lease": None, "html": html, "line": line}
+
+    def end(connection: Any) -> int:
+        return int(connection.execute(reports.update().where(reports.c.id == id, _held(reports, lease)).values(final)).rowcount)
+
+    return store.transact(end)
+
+
+def finished_reports(store: Store, shows: dict[str, str]) -> Iterable[tuple[str, Optional[bytes], str]]:
+    """Robot, report and line of those that are there as they shall be; one at a time, as all of a fleet are large."""
+    columns = [reports.c[name] for name in ("id", "robot", "shows", "line")]
+    for row in store.rows(sql.select(*columns).where(reports.c.state.in_(("done", "failed"))).order_by(reports.c.robot)):
+        if shows.get(row.robot) == row.shows:
+            [(html,)] = store.rows(sql.select(reports.c.html).where(reports.c.id == row.id))
+            yield row.robot, html, row.line
 
 
 class Final(NamedTuple):
@@ -258,8 +332,7 @@ def finish(store: Store, lease: str, finals: list[Final]) -> int:
 def _finish(lease: str, finals: list[Final], connection: Any) -> int:
     held = []
     for final in finals:
-        mine = sql.and_(logs.c.id == final.id, logs.c.lease == lease, logs.c.state == "leased")
-        ended = connection.execute(logs.update().where(mine).values(state=final.state, lease=None))
+        ended = connection.execute(logs.update().where(logs.c.id == final.id, _held(logs, lease)).values(state=final.state, lease=None))
         if ended.rowcount == 1:
             held.append(final)
     renewed = [final for final in held if final.run is not None]
@@ -290,7 +363,7 @@ def failed_lines(store: Store, request: str, most: int) -> list[str]:
     return [row.line for row in store.rows(failed.order_by(logs.c.path).limit(most))]
 
 
-def progress(store: Store, request: str) -> dict[str, int]:
-    """Logs of a request by their state."""
-    counted = sql.select(logs.c.state, sql.func.count()).where(logs.c.request == request).group_by(logs.c.state)
+def progress(store: Store, request: str, table: sql.Table = logs) -> dict[str, int]:
+    """Logs, or reports, of a request by their state."""
+    counted = sql.select(table.c.state, sql.func.count()).where(table.c.request == request).group_by(table.c.state)
     return {state: number for state, number in store.rows(counted)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+from collections.abc import Iterable
 from typing import Any, NamedTuple, Optional
 
 import numpy
@@ -26,6 +27,7 @@ class Run(NamedTuple):
     warnings: int
     measures: dict[str, Any]
     parameters: dict[str, Any]  # rows by name
+    digests: tuple[str, ...] = ()  # of the log, the robot file and what computed it
 
 
 class RobotParameter(NamedTuple):
@@ -37,6 +39,7 @@ class RobotParameter(NamedTuple):
     high: float
     z: float  # in the population
     outlying: bool
+    own_sigma: float  # by its own runs alone
 
 
 class TypeParameter(NamedTuple):
@@ -49,6 +52,14 @@ class TypeParameter(NamedTuple):
     run_spread: float
     changes: list[tuple[str, Run, drift.Change]]  # robot, the first run after it
     outlying_runs: list[tuple[Run, float]]  # with z
+
+    def badly_known(self) -> list[str]:
+        """Robots of which the population tells more than their own runs: b < 1/2, docs/theory/fleet.md, eq. 4, wherever in its
+        95 % interval the spread is. An outlying robot is not of the population, and what drifts no run tells of the next."""
+        if self.fit is None or self.name in _DRIFTS_ANYWAY:
+            return []
+        most = float(self.fit.spread_high)
+        return [robot for robot, one in zip(self.robots, self.estimates) if one.own_sigma > most and not one.outlying]
 
 
 class Fleet(NamedTuple):
@@ -69,7 +80,7 @@ def load(database: store.Store) -> dict[str, list[Run]]:
     robots: dict[str, list[Run]] = {}
     for row in sorted(rows, key=lambda row: (row.robot, row.date or "", row.log)):
         run = Run(row.log, row.robot, row.type or types.get(row.robot, ""), row.date, row.status, row.line, warnings.get(row.log_id, 0),
-                  {name: row[name] for name in measures}, parameters.get(row.log_id, {}))
+                  {name: row[name] for name in measures}, parameters.get(row.log_id, {}), (row.log_sha256, row.robot_sha256, row.version))
         robots.setdefault(row.robot, []).append(run)
     return robots
 
@@ -162,7 +173,7 @@ class _Column:
         middle = len(self.omegas) // 2
         seen = numpy.isfinite(self.v[middle])
         sigma = numpy.where(seen, numpy.sqrt(numpy.where(seen, self.v[middle], 0.0)), numpy.nan)
-        value = numpy.where(seen, self.y[middle], numpy.nan)
+        value, own_sigma = numpy.where(seen, self.y[middle], numpy.nan), sigma.copy()
         low, high, fit = value - 1.96 * sigma, value + 1.96 * sigma, None
         usual = ~outlying
         if (seen & usual).sum() >= 3:
@@ -170,7 +181,7 @@ class _Column:
             shrunken = population.shrink(self.y[:, usual], self.v[:, usual])
             for mine, theirs in zip((value, sigma, low, high), shrunken):
                 mine[usual] = theirs
-        rows = zip(*(column.tolist() for column in (value, sigma, low, high, self.z, outlying)))
+        rows = zip(*(column.tolist() for column in (value, sigma, low, high, self.z, outlying, own_sigma)))
         return TypeParameter(
             self.name, self.some.unit, self.some.nominal, self.names.tolist(), [RobotParameter(*row) for row in rows], fit,
             float(numpy.sqrt(self.omegas[middle])),
@@ -210,9 +221,9 @@ def summarise(robots: dict[str, list[Run]]) -> Fleet:
                           for kind, some in columns.items()})
 
 
-def needs_of(runs: list[Run]) -> list[str]:
+def needs_of(runs: list[Run], badly_known: Iterable[str] = ()) -> list[str]:
     """What a robot should drive next."""
     calibrated = [run for run in runs if run.parameters]
     names = list(dict.fromkeys(name for run in calibrated for name in run.parameters))
     unobservable = [name for name in names if not any(run.parameters[name].observable for run in calibrated if name in run.parameters)]
-    return runs_for(unobservable, len({run.date or run.log for run in calibrated}))
+    return runs_for(unobservable, len({run.date or run.log for run in calibrated}), badly_known)

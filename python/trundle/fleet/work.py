@@ -1,8 +1,11 @@
-"""What is computed of one log: health, calibration where it can be told, odometry and slip. No database, no clock."""
+"""What is computed of one log: health, calibration where it can be told, odometry and slip; and of all logs of a robot its
+report. No database, no clock."""
 
 from __future__ import annotations
 
 import math
+import tempfile
+from pathlib import Path
 from typing import Any, Optional
 
 import trundle
@@ -77,3 +80,17 @@ def analyse(log: str, robot_file: str) -> dict[str, Any]:
         **_odometry(recording, robot, best),
         **_slip(recording, best),
     }
+
+
+def report(shows: dict[str, Any]) -> str:
+    """The page of a robot: calibrated on all of `shows["calibrated_on"]`, with odometry and slip of `shows["last"]`."""
+    with tempfile.TemporaryDirectory() as folder:
+        calibration = trundle.calibrate(list(map(recording_of, shows["calibrated_on"])), trundle.Robot(shows["robot_file"]))
+        calibration.save(Path(folder, "calibrated.toml"))
+        last = recording_of(shows["last"])
+        trundle.odometry(last, calibration.robot).save(Path(folder, "odometry.csv"))
+        try:
+            trundle.slip(last, calibration.robot).save(Path(folder, "slip.csv"))
+        except trundle.CannotAnswer:
+            pass  # no redundant measurement
+        return trundle.report(folder).html

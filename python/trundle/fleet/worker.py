@@ -1,13 +1,16 @@
-"""Works off logs of the database: claim, look whether something has changed, compute, store. Dask's tasks are this."""
+"""Works off logs of the database: claim, look whether something has changed, compute, store; and reports of robots alike.
+Dask's tasks are this."""
 
 from __future__ import annotations
 
 import contextlib
 import functools
 import hashlib
+import json
 import threading
 import time
 import uuid
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple, Optional
@@ -29,6 +32,12 @@ class Job(NamedTuple):
     limits: Limits
     lease_s: float = 30.0
     patience_s: float = 120.0
+    reports: bool = False  # of robots, rather than logs
+
+    @property
+    def table(self) -> Any:
+        """What is worked off."""
+        return store.reports if self.reports else store.logs
 
 
 @functools.lru_cache(maxsize=4)
@@ -47,13 +56,13 @@ def _host() -> Host:
 
 
 @contextlib.contextmanager
-def _heartbeat(database: store.Store, lease: str, lease_s: float) -> Iterator[None]:
+def _heartbeat(database: store.Store, lease: str, lease_s: float, table: Any = store.logs) -> Iterator[None]:
     done = threading.Event()
 
     def beat() -> None:
         while not done.wait(lease_s / 3.0):
             try:
-                store.renew(database, lease, lease_s)
+                store.renew(database, lease, lease_s, table)
             except ValueError:  # the database is away: the lease ends, and the log is somebody else's
                 continue
 
@@ -153,16 +162,35 @@ def _work_on_claims(database: store.Store, job: Job, lease: str, claims: list[st
     return stored + store.finish(database, lease, finals)
 
 
-def work_off(job: Job, most_logs: int, most_s: float = 20.0) -> int:
-    """Works on logs of a request until none is left to claim, or for about so many or so long. Returns how many are final."""
+def _make_report(database: store.Store, job: Job, lease: str, claim: store.ReportClaim) -> int:
+    if claim.losses >= store.MOST_LOSSES:
+        line = f"report of {claim.robot}: {claim.losses} workers ended while they made it"
+        return store.finish_report(database, lease, claim.id, None, line)
+    try:
+        answer = _host().ask_report(claim.robot, json.loads(claim.shows), job.limits)
+    except HostLost:
+        store.release(database, lease, [claim.id], losses=1, table=store.reports)
+        return 0
+    if "document" in answer:
+        return store.finish_report(database, lease, claim.id, zlib.compress(answer["document"].encode()), "")
+    if claim.attempts + 1 >= store.MOST_ATTEMPTS:
+        return store.finish_report(database, lease, claim.id, None, answer["line"])
+    store.release(database, lease, [claim.id], attempts=1, table=store.reports)
+    return 0
+
+
+def work_off(job: Job, most: int, most_s: float = 20.0) -> int:
+    """Works on logs, or reports, of a request until none is left to claim, or for about so many or so long. Returns how many
+    are final."""
     database = _store(job.database, job.patience_s)
+    at_once = 1 if job.reports else _CLAIM
     started, stored, claimed = time.monotonic(), 0, 0
-    while claimed < most_logs and time.monotonic() - started < most_s:
+    while claimed < most and time.monotonic() - started < most_s:
         lease = uuid.uuid4().hex
-        claims = store.claim(database, job.request, lease, min(_CLAIM, most_logs - claimed), job.lease_s)
+        claims = store.claim(database, job.request, lease, min(at_once, most - claimed), job.lease_s, job.table)
         if not claims:
             break
         claimed += len(claims)
-        with _heartbeat(database, lease, job.lease_s):
-            stored += _work_on_claims(database, job, lease, claims)
+        with _heartbeat(database, lease, job.lease_s, job.table):
+            stored += _make_report(database, job, lease, claims[0]) if job.reports else _work_on_claims(database, job, lease, claims)
     return stored
