@@ -1,6 +1,9 @@
+#include <algorithm>
 #include <iterator>
+#include <set>
 
 #include <fmt/compile.h>
+#include <fmt/format.h>
 
 #include "trundle/io/interruption.hpp"
 #include "trundle/io/staging.hpp"
@@ -78,12 +81,27 @@ std::string quoted(const std::string& text) {
   return result + '"';
 }
 
+/// What no stream says: recording.toml.
 std::string map_of(const Recording& recording) {
   std::string text;
   if (!recording.session.empty()) text += "session = " + quoted(recording.session) + "\n";
+  if (recording.time_origin_s != 0) text += fmt::format("time_origin = {}\n", recording.time_origin_s);
   if (!recording.seen_as.empty()) text += "seen_as = " + quoted(recording.seen_as) + "\n";
-  if (!recording.partial.empty()) text += "[reference]\n" + to_toml(recording.partial);
+  std::set<std::string> robots;
+  for (const Sighting& sighting : recording.robot_sightings) robots.insert(quoted(sighting.landmark));
+  if (!robots.empty()) text += fmt::format("robots = [{}]\n", fmt::join(robots, ", "));
+  const std::string reference = to_toml(recording.reference_noise) + to_toml(recording.partial);
+  if (!reference.empty()) text += "[reference]\n" + reference;
   return text;
+}
+
+/// Of landmarks and of robots, in order of time.
+std::vector<const Sighting*> all_sightings(const Recording& recording) {
+  std::vector<const Sighting*> all;
+  for (const auto* const sightings : {&recording.sightings, &recording.robot_sightings})
+    for (const Sighting& sighting : *sightings) all.push_back(&sighting);
+  std::ranges::stable_sort(all, {}, &Sighting::time_s);
+  return all;
 }
 
 }  // namespace
@@ -117,9 +135,11 @@ void write_recording(const Recording& recording, const std::filesystem::path& fo
       append_row(std::back_inserter(text), rows[row]);
     });
   };
-  add_rows(StreamKind::sightings, "time_s,landmark,range_m,bearing_rad", recording.sightings,
-           [](auto text, const Sighting& s) {
-             fmt::format_to(text, "{},{},{},{}", s.time_s, text_cell(s.landmark), s.range_m, s.bearing_rad);
+  const std::vector<const Sighting*> sightings = all_sightings(recording);
+  add_rows(StreamKind::sightings, "time_s,landmark,range_m,bearing_rad", sightings,
+           [](auto text, const Sighting* s) {
+             fmt::format_to(text, "{},{},{},{}", s->time_s, text_cell(s->landmark), s->range_m,
+                            s->bearing_rad);
            });
   add_rows(StreamKind::landmarks, "landmark,x_m,y_m", recording.landmarks, [](auto text, const Landmark& l) {
     fmt::format_to(text, "{},{},{}", text_cell(l.name), l.position.x(), l.position.y());
