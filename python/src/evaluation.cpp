@@ -11,12 +11,6 @@
 namespace trundle::python {
 namespace {
 
-TrajectoryFile reference_file_of(const Recording& recording) {
-  const std::string file = recording.reference.origin.file;
-  const std::filesystem::path folder = std::filesystem::path(file).parent_path();
-  return reference_of(recording, folder.empty() ? std::filesystem::path(recording.name) : folder);
-}
-
 /// Of a trajectory, a recording, which has a reference, or the path of either.
 TrajectoryFile trajectory_file_of(const char* argument, const py::object& given) {
   if (py::isinstance<Trajectory>(given)) {
@@ -24,8 +18,9 @@ TrajectoryFile trajectory_file_of(const char* argument, const py::object& given)
     return without_gil([&] { return TrajectoryFile{trajectory, {}}; });
   }
   if (py::isinstance<RecordingFile>(given)) {
-    const Recording& recording = given.cast<const RecordingFile&>().recording;
-    return without_gil([&] { return reference_file_of(recording); });
+    const auto& file = given.cast<const RecordingFile&>();
+    const std::string& place = file.path.empty() ? file.recording.name : file.path;
+    return without_gil([&] { return reference_of(file.recording, place); });
   }
   const auto path =
       path_of(argument, given, "a trajectory, a recording with a reference, or the path of either");

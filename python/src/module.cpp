@@ -95,9 +95,11 @@ PYBIND11_MODULE(_trundle, module) {
   bind_odometry(module);
   bind_slip(module);
   bind_slam(module);
+  bind_merge(module);
   bind_localization(module);
   bind_evaluation(module);
   bind_run(module);
+  bind_init(module);
   bind_squares(module);
   bind_live(module);
   bind_smoother(module);

@@ -116,7 +116,7 @@ void bind_run(py::module_& module) {
          std::vector<std::string> calibrate_on, std::vector<std::string> free, std::vector<std::string> fix,
          std::vector<std::string> learn, double spin_odds, const std::string& map, const std::string& filter,
          std::size_t particles, std::uint64_t seed, const std::optional<std::string>& export_format,
-         int robot_number, const std::string& recording_map) {
+         int robot_number, const std::string& recording_map, std::vector<std::string> msg_path) {
         RunQuestion question{.recording = recording, .robot = robot, .output = folder};
         question.calibrate_on = std::move(calibrate_on);
         question.calibrate.free = std::move(free);
@@ -128,13 +128,14 @@ void bind_run(py::module_& module) {
         question.slam.seed = seed;
         if (export_format && !(question.viewer = viewer_format_named(*export_format)))
           throw InputError("export", fmt::format("is '{}'", *export_format), "'mcap' or 'wpilog'");
-        question.reading = {.robot_number = robot_number, .map = recording_map};
+        question.reading = {
+            .robot_number = robot_number, .map = recording_map, .msg_path = std::move(msg_path)};
         return run(std::move(question), filter);
       },
       py::arg("recording"), py::arg("robot"), py::arg("folder"), py::kw_only(), py::arg("calibrate_on"),
       py::arg("free"), py::arg("fix"), py::arg("learn"), py::arg("spin_odds"), py::arg("map"),
       py::arg("filter"), py::arg("particles"), py::arg("seed"), py::arg("export"), py::arg("robot_number"),
-      py::arg("recording_map"));
+      py::arg("recording_map"), py::arg("msg_path"));
   module.def(
       "simulate",
       [](const std::string& scenario, const std::string& folder, std::optional<std::uint64_t> seed) {

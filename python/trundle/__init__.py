@@ -24,6 +24,7 @@ from . import _trundle
 from ._trundle import (
     Calibration,
     CannotAnswer,
+    Drafts,
     ErrorBeforeAfter,
     ErrorStatistics,
     Estimate,
@@ -31,8 +32,10 @@ from ._trundle import (
     Finding,
     IncrementalSmoother,
     InstallAngle,
+    JointSlam,
     KnownStretch,
     Localization,
+    Merge,
     Nees,
     Odometer,
     Odometry,
@@ -62,6 +65,7 @@ Runs = Union[Path, Recording, Iterable[Union[Path, Recording]]]
 __all__ = [
     "Calibration",
     "CannotAnswer",
+    "Drafts",
     "ErrorBeforeAfter",
     "ErrorStatistics",
     "Estimate",
@@ -69,8 +73,10 @@ __all__ = [
     "Finding",
     "IncrementalSmoother",
     "InstallAngle",
+    "JointSlam",
     "KnownStretch",
     "Localization",
+    "Merge",
     "Nees",
     "Odometer",
     "Odometry",
@@ -93,13 +99,16 @@ __all__ = [
     "__version__",
     "calibrate",
     "evaluate",
+    "init",
     "install_angle",
     "localize",
+    "merge",
     "odometry",
     "report",
     "run",
     "simulate",
     "slam",
+    "slam_together",
     "slip",
     "smooth",
     "steps",
@@ -117,7 +126,13 @@ def _robot(given: Union[Path, Robot]) -> Robot:
 
 def _many(given: Any) -> list[Any]:
     """One, or several of them."""
-    return [given] if isinstance(given, (str, os.PathLike, Recording, Robot)) else list(given)
+    one = (str, os.PathLike, Recording, Robot, Slam, JointSlam)
+    return [given] if isinstance(given, one) else list(given)
+
+
+def _text(path: Optional[Path]) -> str:
+    """As the program takes it: empty where there is none."""
+    return "" if path is None else os.fspath(path)
 
 
 @contextmanager
@@ -130,12 +145,12 @@ def _paths() -> Iterator[Callable[[Any], list[str]]]:
 
         def path(given: Any) -> str:
             nonlocal written
-            if not isinstance(given, (Recording, Robot)):
+            if not isinstance(given, (Recording, Robot, Slam, JointSlam)):
                 return os.fspath(given)
             if isinstance(given, Recording) and given.path:
                 return given.path
             written += 1
-            name = given.name if isinstance(given, Recording) else given.path
+            name = given.name if isinstance(given, Recording) else given.path if isinstance(given, Robot) else "map"
             place = os.path.join(folder, str(written), os.path.basename(os.path.normpath(name)))
             given.save(place)
             return place
@@ -249,16 +264,24 @@ def slam(
     systematic_sigma: Optional[float] = None,
     swarm_iterations: int = 5,
     swarm_agreement: float = 0.0,
+    window: Optional[float] = None,
     correct_slip: bool = False,
     learn: Runs = (),
     spin_odds: float = 10.0,
     threads: int = 1,
+    checkpoint: Optional[Path] = None,
+    checkpoint_every_s: Optional[float] = None,
+    resume: Optional[Path] = None,
 ) -> Slam:
     """Estimates the trajectory and a map of landmarks from odometry and sightings.
 
     `recording`: with sightings. `robot`: with a landmark sensor. `filter`: 'fastslam1', 'fastslam2', 'mapso',
     'mapso_proposal', 'ekf' or 'smoother'. `start`: the pose at the first stamp. `smooth`: then also the most
-    probable trajectory and map of all that was seen. docs/slam.md.
+    probable trajectory and map of all that was seen. `window`: of the smoother, poses that are older [s] are
+    marginalised, so that memory and the time of a step stay bounded. docs/slam.md.
+
+    `checkpoint`: a file to store the run in, near the end of the recording and, with `checkpoint_every_s`,
+    whenever so much of its time has passed. `resume`: such a file, to go on from.
 
     Landmarks: `unknown_ids` forgets their names, and finds out which is which; the smoother then starts from
     `smoother_runs` runs of a filter, and the most probable result is kept.
@@ -278,8 +301,8 @@ def slam(
     True
     """
     return _trundle.slam(
-        _recording(recording),
-        _robot(robot),
+        [_recording(recording)],
+        [_robot(robot)],
         filter=filter,
         particles=particles,
         seed=seed,
@@ -291,10 +314,15 @@ def slam(
         systematic_sigma=systematic_sigma,
         swarm_iterations=swarm_iterations,
         swarm_agreement=swarm_agreement,
+        window=window,
         correct_slip=correct_slip,
         learn=_many(learn),
         spin_odds=spin_odds,
         threads=threads,
+        marker_sigma=0.0,
+        checkpoint=_text(checkpoint),
+        checkpoint_every_s=checkpoint_every_s,
+        resume=_text(resume),
     )
 
 
@@ -312,10 +340,14 @@ def smooth(
     systematic_sigma: Optional[float] = None,
     swarm_iterations: int = 5,
     swarm_agreement: float = 0.0,
+    window: Optional[float] = None,
     correct_slip: bool = False,
     learn: Runs = (),
     spin_odds: float = 10.0,
     threads: int = 1,
+    checkpoint: Optional[Path] = None,
+    checkpoint_every_s: Optional[float] = None,
+    resume: Optional[Path] = None,
 ) -> Slam:
     """The most probable trajectory and map of a whole recording: `slam` with smooth=True, and its other options.
 
@@ -325,6 +357,88 @@ def smooth(
     True
     """
     return slam(**locals(), smooth=True)  # whose parameters are these
+
+
+def slam_together(
+    recordings: Iterable[Union[Path, Recording]],
+    robot: Union[Path, Robot, Iterable[Union[Path, Robot]], None] = None,
+    *,
+    filter: str = "smoother",
+    particles: int = 100,
+    seed: int = 1,
+    start: Optional[Start] = None,
+    smoother_runs: int = 5,
+    unknown_ids: bool = False,
+    estimate: Optional[str] = None,
+    systematic_sigma: Optional[float] = None,
+    swarm_iterations: int = 5,
+    swarm_agreement: float = 0.0,
+    correct_slip: bool = False,
+    learn: Runs = (),
+    spin_odds: float = 10.0,
+    threads: int = 1,
+    marker_sigma: float = 0.0,
+) -> JointSlam:
+    """The most probable trajectories of several robots in one world, and the one map of them all.
+
+    `recordings`: one for each robot, all by one clock. `robot`: one for all, or one for each; without it,
+    robot.toml in the folder of each recording. `marker_sigma`: 1 sigma of where on its marker a robot is seen
+    by others, beside the sensor's noise [m]. `start`: of the first robot, whose frame the result is in.
+    docs/together.md.
+
+    Each robot alone is estimated first, as `slam` does it: `filter`, `particles`, `seed`, `smoother_runs`,
+    `unknown_ids`, `estimate`, `systematic_sigma`, `swarm_iterations`, `swarm_agreement`, `correct_slip`,
+    `learn`, `spin_odds` and `threads` are its options.
+
+    >>> import trundle
+    >>> tours = ["data/demo/session_02/tour", "data/demo/session_03/tour"]
+    >>> found = trundle.slam_together(tours, "data/demo/robot.toml")
+    >>> list(found.trajectories), found.positions.shape == (len(found.landmarks), 2)
+    (['tour', 'tour_2'], True)
+    """
+    given = [_recording(recording) for recording in recordings]
+    robots = [os.path.join(one.path, "robot.toml") for one in given] if robot is None else _many(robot)
+    return _trundle.slam_together(
+        given,
+        [_robot(one) for one in robots],
+        filter=filter,
+        particles=particles,
+        seed=seed,
+        start=start,
+        smooth=False,
+        smoother_runs=smoother_runs,
+        unknown_ids=unknown_ids,
+        estimate=estimate,
+        systematic_sigma=systematic_sigma,
+        swarm_iterations=swarm_iterations,
+        swarm_agreement=swarm_agreement,
+        window=None,
+        correct_slip=correct_slip,
+        learn=_many(learn),
+        spin_odds=spin_odds,
+        threads=threads,
+        marker_sigma=marker_sigma,
+        checkpoint="",
+        checkpoint_every_s=None,
+        resume="",
+    )
+
+
+def merge(maps: Iterable[Union[Path, Slam, JointSlam]], *, unknown_ids: bool = False) -> Merge:
+    """Merges maps of several robots or runs into one, in the frame of the first.
+
+    `maps`: folders with landmarks.csv, such files, or what `slam` and `slam_together` found, which is written
+    to a file first, whose path is what the result names. `unknown_ids` forgets the landmarks' names: which is
+    which follows from how they lie. docs/together.md.
+
+    >>> import trundle
+    >>> a, b = (trundle.slam(f"data/demo/session_0{i}/tour", "data/demo/robot.toml") for i in (2, 3))
+    >>> found = trundle.merge([a, b])
+    >>> found.frames[0], len(found.landmarks)
+    (Pose(x_m=0, y_m=0, heading_rad=0), 13)
+    """
+    with _paths() as paths:
+        return _trundle.merge(paths(maps), unknown_ids=unknown_ids)
 
 
 def localize(
@@ -437,6 +551,7 @@ def run(
     export: Optional[str] = None,
     robot_number: int = 0,
     recording_map: Optional[Path] = None,
+    msg_path: Iterable[Path] = (),
 ) -> Run:
     """All in one go: health, calibration, odometry, slip, map, errors, one page; all of it into a `folder`.
 
@@ -444,8 +559,9 @@ def run(
     calibrate on, in place of the recording itself, with `free` and `fix` as `calibrate` has them. `learn`,
     `spin_odds`: as `slip` has them. `map`: landmarks.csv of known landmarks to localize on, in place of the
     recording's own. `filter`, `particles`, `seed`: as `slam` has them. `export`: 'mcap' or 'wpilog', a file for
-    viewers besides. `robot_number`, `recording_map`: as Recording has `robot_number` and `map`. A robot, and
-    a recording of arrays, is written to a file first, whose path is what the results name. docs/run.md.
+    viewers besides. `robot_number`, `recording_map`, `msg_path`: as Recording has `robot_number`, `map` and
+    `msg_path`. A robot, and a recording of arrays, is written to a file first, whose path is what the results
+    name. docs/run.md.
 
     >>> import tempfile, trundle
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -463,13 +579,14 @@ def run(
             fix=list(fix),
             learn=paths(learn),
             spin_odds=spin_odds,
-            map="" if map is None else os.fspath(map),
+            map=_text(map),
             filter=filter,
             particles=particles,
             seed=seed,
             export=export,
             robot_number=robot_number,
-            recording_map="" if recording_map is None else os.fspath(recording_map),
+            recording_map=_text(recording_map),
+            msg_path=[os.fspath(one) for one in msg_path],
         )
 
 
@@ -516,6 +633,32 @@ def umbmark(
     """
     with _paths() as paths:
         return _trundle.umbmark(paths(inputs), _robot(robot), side_m=side_m, method=method)
+
+
+def init(
+    log: Path,
+    folder: Path,
+    *,
+    urdf: Optional[Path] = None,
+    controller: Optional[Path] = None,
+    msg_path: Iterable[Path] = (),
+) -> Drafts:
+    """Drafts robot.toml and recording.toml for a log as it is, and says what is to be filled in.
+
+    `log`: of any known format, or a folder of CSV files. `folder`: of the two drafts. `urdf`: of the robot, where
+    its wheels are, and how large. `controller`: parameters of its diff_drive_controller or
+    mecanum_drive_controller (YAML). `msg_path`: folders with .msg files of types that a log does not define.
+    docs/logs.md.
+
+    >>> import tempfile, trundle
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     found = trundle.init("data/demo/slip", folder)
+    >>> found.to_fill_in[0]
+    'robot.toml: diameter_m of left, right'
+    """
+    return _trundle.init(
+        log, folder, urdf=_text(urdf), controller=_text(controller), msg_path=[os.fspath(one) for one in msg_path]
+    )
 
 
 def install_angle(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Optional
+from typing import Any, Optional, Union
 
 import pandas
 
@@ -50,17 +50,17 @@ def _of_slip(slip: _trundle.Slip) -> pandas.DataFrame:
     return _of_rows(slip.events, names)
 
 
-def _of_slam(slam: _trundle.Slam) -> pandas.DataFrame:
-    places, covariances = slam.positions, slam.position_covariances
+def _of_map(result: Union[_trundle.Slam, _trundle.JointSlam, _trundle.Merge]) -> pandas.DataFrame:
+    places, covariances = result.positions, result.position_covariances
     columns = {
         "x_m": places[:, 0],
         "y_m": places[:, 1],
         "var_xx": covariances[:, 0, 0],
         "var_xy": covariances[:, 0, 1],
         "var_yy": covariances[:, 1, 1],
-        "sightings": slam.sightings,
+        "sightings": result.sightings,
     }
-    return pandas.DataFrame(columns, index=pandas.Index(slam.landmarks, name="landmark"))
+    return pandas.DataFrame(columns, index=pandas.Index(result.landmarks, name="landmark"))
 
 
 def _of_evaluation(evaluation: _trundle.Evaluation) -> pandas.DataFrame:
@@ -91,7 +91,9 @@ _TABLES: dict[type, Callable[..., pandas.DataFrame]] = {
     _trundle.Recording: _of_recording,
     _trundle.Calibration: _of_calibration,
     _trundle.Slip: _of_slip,
-    _trundle.Slam: _of_slam,
+    _trundle.Slam: _of_map,
+    _trundle.JointSlam: _of_map,
+    _trundle.Merge: _of_map,
     _trundle.Evaluation: _of_evaluation,
     _trundle.Run: _of_run,
     _trundle.InstallAngle: _of_install_angle,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Callable
-from typing import Any, Optional
+from typing import Any, Optional, Union
 
 import matplotlib.pyplot
 import numpy
@@ -92,13 +92,30 @@ def _plot_slip(slip: _trundle.Slip, axes: Axes) -> None:
     axes.legend(loc="lower right")
 
 
-def _plot_slam(slam: _trundle.Slam, axes: Axes) -> None:
-    _path(axes, slam.trajectory, "trajectory")
-    for name, place, covariance in zip(slam.landmarks, slam.positions, slam.position_covariances):
+def _landmarks(axes: Axes, result: Union[_trundle.Slam, _trundle.JointSlam, _trundle.Merge]) -> None:
+    for name, place, covariance in zip(result.landmarks, result.positions, result.position_covariances):
         axes.plot(*place, "k^", markersize=4)
         _ellipse(axes, place, covariance, "k")
         axes.annotate(name, tuple(place), textcoords="offset points", xytext=(4, 4), fontsize="small")
+
+
+def _plot_slam(slam: _trundle.Slam, axes: Axes) -> None:
+    _path(axes, slam.trajectory, "trajectory")
+    _landmarks(axes, slam)
     _from_above(axes, "Trajectory and landmarks, with 95 % ellipses")
+
+
+def _plot_joint_slam(slam: _trundle.JointSlam, axes: Axes) -> None:
+    for i, (robot, trajectory) in enumerate(slam.trajectories.items()):
+        _path(axes, trajectory, robot, f"C{i % 10}")
+    _landmarks(axes, slam)
+    _from_above(axes, "Trajectories and landmarks, with 95 % ellipses")
+    axes.legend()
+
+
+def _plot_merge(merge: _trundle.Merge, axes: Axes) -> None:
+    _landmarks(axes, merge)
+    _from_above(axes, "Merged landmarks, with 95 % ellipses")
 
 
 def _plot_evaluation(evaluation: _trundle.Evaluation, axes: Axes) -> None:
@@ -148,6 +165,8 @@ _FIGURES: dict[type, Callable[[Any, Axes], None]] = {
     _trundle.Calibration: _plot_calibration,
     _trundle.Slip: _plot_slip,
     _trundle.Slam: _plot_slam,
+    _trundle.JointSlam: _plot_joint_slam,
+    _trundle.Merge: _plot_merge,
     _trundle.Evaluation: _plot_evaluation,
     _trundle.Run: _plot_run,
     _trundle.InstallAngle: _plot_install_angle,

@@ -151,15 +151,20 @@ class LongCalls(WithFolder):
         """Every long loop looks: a signal that came before is seen in its first look."""
         for call in ("trundle.calibrate([data] * 60, robot)", "trundle.smooth(data, robot, filter='fastslam1', particles=20000)",
                      "trundle.odometry(long, robot)", "trundle.slip(long, robot)", "found.save(sys.argv[3])",
-                     "found.trajectory.save(sys.argv[3])"):
+                     "found.trajectory.save(sys.argv[3])", "trundle.evaluate(found, long)", "long.info(robot)",
+                     "long.save(sys.argv[3])"):
             code = f"""
 import signal, sys, threading, time, numpy, trundle
 data, robot = trundle.Recording(sys.argv[1]), trundle.Robot(sys.argv[2])
 time_s = numpy.arange(0.0, 40000.0, 0.02)
 ticks = numpy.mod(time_s * 300.0, 65536.0).round()
+sees = slice(None, None, 10)
 long = trundle.Recording.from_arrays(wheels=dict(time_s=time_s, left_ticks=ticks, right_ticks=ticks),
-                                     gyro=dict(time_s=time_s, yaw_rate_rad_s=0.0 * time_s))
-found = trundle.odometry(long, robot) if "save" in "{call}" else None
+                                     gyro=dict(time_s=time_s, yaw_rate_rad_s=0.0 * time_s),
+                                     reference=dict(time_s=time_s, x_m=0.1 * time_s, y_m=0.0 * time_s, heading_rad=0.0 * time_s),
+                                     sightings=dict(time_s=time_s[sees], landmark=["a"] * len(time_s[sees]),
+                                                    range_m=0.0 * time_s[sees] + 1.0, bearing_rad=0.0 * time_s[sees]))
+found = trundle.odometry(long, robot) if "found" in "{call}" else None
 threading.Timer(0.1, lambda: signal.raise_signal(signal.SIGINT)).start()
 start = time.monotonic()
 try:
@@ -175,7 +180,7 @@ except KeyboardInterrupt:
                 word, seconds = done.stdout.split()
                 self.assertEqual(word, "interrupted")
                 self.assertLess(float(seconds), 5.0)
-                self.assertEqual([file.name for file in self.folder.iterdir() if file.is_file()], [])
+                self.assertEqual([file.name for file in self.folder.rglob("*") if file.is_file()], [])
 
 
 if __name__ == "__main__":

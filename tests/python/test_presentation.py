@@ -24,6 +24,8 @@ class Presentation(WithFolder):
         yield trundle.calibrate(f"{DEMO}/session_01", ROBOT, hold_out=tour)
         yield trundle.slip(f"{DEMO}/slip", ROBOT)
         yield slam
+        yield trundle.slam_together([f"{DEMO}/session_02/tour", tour], ROBOT, filter="ekf")
+        yield trundle.merge([slam, slam])
         yield trundle.localize(tour, ROBOT, slam)
         yield trundle.evaluate(odometry, tour)
         yield trundle.run(f"{DEMO}/slip", ROBOT, self.folder / "run", filter="ekf")

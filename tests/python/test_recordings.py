@@ -8,7 +8,7 @@ import unittest
 
 import numpy
 import trundle
-from common import ROBOT, TOUR, WithFolder
+from common import DEMO, ROBOT, TOUR, WithFolder
 
 STREAMS = ("wheels", "gyro", "sightings", "reference")
 
@@ -148,6 +148,33 @@ class FromArrays(WithFolder):
         for name in STREAMS:
             for column, values in getattr(self.file, name).items():
                 numpy.testing.assert_array_equal(getattr(again, name)[column], values)
+
+    def test_what_recording_toml_said_is_saved_with_it(self):
+        slip = trundle.Recording(f"{DEMO}/slip")
+        found = trundle.odometry(slip, ROBOT)
+        expected = trundle.evaluate(found, slip).to_dict()
+        self.assertEqual(expected["reference_noise"]["position_sigma_m"], 0.001)
+        slip.save(self.folder / "copy")
+        for reference in (self.folder / "copy", trundle.Recording(self.folder / "copy")):
+            again = trundle.evaluate(found, reference).to_dict()
+            self.assertEqual([again[name] for name in ("reference_noise", "nees", "position_m")],
+                             [expected[name] for name in ("reference_noise", "nees", "position_m")])
+        place = self.folder / "team"
+        place.mkdir()
+        (place / "recording.toml").write_text(
+            'time_origin = 1494449900\nseen_as = "me"\nrobots = ["you"]\n[wheels]\nfile = "counts.csv"\n[reference]\nclosed = true\n')
+        (place / "counts.csv").write_text("time_s,left_ticks,right_ticks\n1494449900.5,0,0\n1494449901.5,9,9\n")
+        (place / "sightings.csv").write_text("time_s,landmark,range_m,bearing_rad\n0.5,you,2.0,0.1\n0.6,tree,3.0,0.2\n")
+        trundle.Recording(place).save(self.folder / "again")
+        said = (self.folder / "again/recording.toml").read_text().splitlines()
+        self.assertEqual(said[1:5], ["time_origin = 1494449900", 'seen_as = "me"', 'robots = ["you"]', "[reference]"])
+        again = trundle.Recording(self.folder / "again")
+        self.assertEqual(list(again.wheels["time_s"]), [0.5, 1.5])
+        self.assertEqual(list(again.sightings["landmark"]), ["tree"])
+        self.assertIn("sighting of a robot", [finding.kind for finding in again.findings])
+        again.save(self.folder / "third")
+        for name in ("recording.toml", "sightings.csv", "wheels.csv"):
+            self.assertEqual((self.folder / "third" / name).read_text(), (self.folder / "again" / name).read_text())
 
     def test_below(self):
         self.assertEqual([r.name for r in trundle.Recording.below("data/demo/session_01")],

@@ -89,6 +89,75 @@ class SameAsProgram(WithFolder):
         trundle.smooth(TOUR, ROBOT, unknown_ids=True, correct_slip=True).save(self.ours)
         self.assert_same_files()
 
+    def test_slam_in_a_window_stored_and_taken_up(self):
+        state, ours = self.folder / "slam.state", self.folder / "ours.state"
+        options = ["slam", TOUR, "--robot", ROBOT, "--window", "20"]
+        program(*options, "--checkpoint", state, "-o", self.theirs)
+        trundle.slam(TOUR, ROBOT, window=20.0, checkpoint=ours).save(self.ours)
+        self.assert_same_files()
+        self.assertEqual(ours.read_bytes(), state.read_bytes())
+        trundle.slam(TOUR, ROBOT, window=20.0, resume=state).save(self.ours)
+        self.assert_same_files()
+        with self.assertRaisesRegex(ValueError, "^window: is given with filter 'ekf'; expected filter 'smoother'$"):
+            trundle.slam(TOUR, ROBOT, filter="ekf", window=20.0)
+        with self.assertRaisesRegex(ValueError, "^checkpoint_every_s: is given without checkpoint; "):
+            trundle.slam(TOUR, ROBOT, checkpoint_every_s=60.0)
+
+    def test_slam_together(self):
+        tours = [f"{DEMO}/session_02/tour", TOUR]
+        program("slam", *tours, "--robot", ROBOT, "--together", "--marker-sigma", "0.05", "--filter", "ekf", "-o", self.theirs)
+        for recordings, robot in ((tours, ROBOT), ([trundle.Recording(t) for t in tours], [trundle.Robot(ROBOT), ROBOT])):
+            found = trundle.slam_together(recordings, robot, marker_sigma=0.05, filter="ekf")
+            found.save(self.ours)
+            self.assert_same_files()
+            self.assertEqual(found.to_dict(), json.loads((self.theirs / "slam.json").read_text()))
+        self.assertEqual(list(found.trajectories), ["tour", "tour_2"])
+        written = trundle.Trajectory(self.theirs / "tour_2/trajectory.csv")
+        numpy.testing.assert_array_equal(found.trajectories["tour_2"].x_m, written.x_m)
+        with self.assertRaisesRegex(ValueError, "^robot: is given 3 times for 2 recordings; expected one for all, or one for each$"):
+            trundle.slam_together(tours, [ROBOT] * 3)
+        with self.assertRaisesRegex(ValueError, "^recordings: are 1; "):
+            trundle.slam_together([TOUR], ROBOT)
+
+    def test_robots_in_the_folders_of_their_recordings(self):
+        for session in ("session_02", "session_03"):
+            trundle.Recording(f"{DEMO}/{session}/tour").save(self.folder / session)
+            trundle.Robot(ROBOT).save(self.folder / session / "robot.toml")
+        tours = [self.folder / "session_02", self.folder / "session_03"]
+        program("slam", *tours, "--together", "-o", self.theirs)
+        trundle.slam_together(tours).save(self.ours)
+        self.assert_same_files()
+
+    def test_merge(self):
+        maps = [self.folder / "a", self.folder / "b"]
+        found = [trundle.slam(tour, ROBOT, filter="ekf") for tour in (f"{DEMO}/session_02/tour", TOUR)]
+        for one, place in zip(found, maps):
+            one.save(place)
+        for options, named in (([], {}), (["--unknown-ids"], {"unknown_ids": True})):
+            program("merge", *maps, *options, "-o", self.theirs)
+            merged = trundle.merge(maps, **named)
+            merged.save(self.ours)
+            self.assert_same_files()
+            self.assertEqual(merged.to_dict(), json.loads((self.theirs / "merge.json").read_text()))
+        in_memory = trundle.merge(found, unknown_ids=True)
+        numpy.testing.assert_array_equal(in_memory.positions, merged.positions)
+        numpy.testing.assert_array_equal(in_memory.map_covariance, merged.map_covariance)
+        numpy.testing.assert_array_equal(merged.map_covariance[2:4, 2:4], merged.position_covariances[1])
+        self.assertEqual([frame.x_m for frame in merged.frames], [frame["x_m"] for frame in merged.to_dict()["frames"]])
+        self.assertEqual(merged.frame_covariances[1][0, 0] ** 0.5, merged.to_dict()["frames"][1]["sigma"]["x_m"])
+        with self.assertRaisesRegex(ValueError, "^maps: are 1; expected two at least$"):
+            trundle.merge(found[0])
+
+    def test_init(self):
+        place = self.folder / "drafts"
+        document = document_of("init", f"{DEMO}/slip", "-o", place)
+        place.rename(self.theirs / "drafts")
+        found = trundle.init(f"{DEMO}/slip", place)
+        self.assertEqual(found.to_dict(), document)
+        self.assertEqual((found.files, found.to_fill_in), (document["files"], document["to_fill_in"]))
+        place.rename(self.ours / "drafts")
+        self.assert_same_files()
+
     def test_localize(self):
         found = trundle.slam(f"{DEMO}/session_02/tour", ROBOT, filter="ekf")
         found.save(self.folder / "map")
@@ -153,6 +222,14 @@ class SameAsProgram(WithFolder):
         trundle.report(place).save(self.ours / "page.html")
         place.rename(self.ours / "results")
         self.assert_same_files()
+
+    def test_run_with_folders_of_messages(self):
+        place = self.folder / "results"
+        program("run", f"{DEMO}/slip", "--robot", ROBOT, "--msg-path", DEMO, "--filter", "ekf", "-o", place)
+        theirs = json.loads((place / "run.json").read_text())
+        found = trundle.run(f"{DEMO}/slip", ROBOT, place, msg_path=[DEMO], filter="ekf").to_dict()
+        self.assertEqual(found, theirs)
+        self.assertIn("msg-path", json.dumps(found))
 
     def test_objects_in_place_of_paths(self):
         robot, demo = trundle.Robot(ROBOT), trundle.Recording(f"{DEMO}/slip")

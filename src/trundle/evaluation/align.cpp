@@ -8,6 +8,7 @@
 #include "trundle/geometry/gaussian.hpp"
 #include "trundle/geometry/rigid_motion.hpp"
 #include "trundle/io/error.hpp"
+#include "trundle/io/interruption.hpp"
 
 namespace trundle::evaluation {
 namespace {
@@ -77,6 +78,7 @@ std::vector<PosePair> common_poses(const Trajectory& estimate, const Trajectory&
                                    double longest_gap_s) {
   std::vector<PosePair> pairs;
   for (const StampedPose& truth : reference.poses) {
+    check_interruption();
     const auto pose = pose_at(estimate, truth.time_s, longest_gap_s);
     if (!pose) continue;
     pairs.push_back({truth.time_s, *pose, truth.pose, std::nullopt});
@@ -121,6 +123,7 @@ Pose2 alignment_of(const std::vector<PosePair>& pairs, Alignment alignment) {
 std::vector<PosePair> aligned(std::vector<PosePair> pairs, const Pose2& reference_from_estimate) {
   const Matrix3 R = world_from_body_axes(reference_from_estimate);
   for (PosePair& pair : pairs) {
+    check_interruption();
     pair.estimate = reference_from_estimate * pair.estimate;
     if (pair.covariance) pair.covariance = R * *pair.covariance * R.transpose();
   }
@@ -132,6 +135,7 @@ void start_covariances_from_zero(std::vector<PosePair>& pairs) {
   const Pose2 start = pairs.front().estimate;
   const Matrix3 at_start = body_covariance(start, *pairs.front().covariance);
   for (PosePair& pair : pairs) {
+    check_interruption();
     const Matrix3 Ad = adjoint((start.inverse() * pair.estimate).inverse());
     const Matrix3 since = body_covariance(pair.estimate, *pair.covariance) - Ad * at_start * Ad.transpose();
     pair.covariance = world_covariance({pair.estimate, since});

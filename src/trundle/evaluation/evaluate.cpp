@@ -10,6 +10,7 @@
 #include "trundle/evaluation/pair_errors.hpp"
 #include "trundle/geometry/squared.hpp"
 #include "trundle/io/error.hpp"
+#include "trundle/io/interruption.hpp"
 #include "trundle/statistics/distribution.hpp"
 
 namespace trundle::evaluation {
@@ -61,6 +62,7 @@ RelativePoseError relative_error(const std::vector<PosePair>& pairs, const std::
   double percent = 0.0;
   std::size_t j = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
+    check_interruption();
     while (j < pairs.size() && way[j] - way[i] < distance_m) ++j;
     if (j == pairs.size()) break;
     const Pose2 error = motion_error(pairs[i], pairs[j]);
@@ -93,6 +95,7 @@ std::optional<Nees> nees_of(const std::vector<PosePair>& pairs, const EvaluateOp
   nees.degrees_of_freedom = degrees_of_freedom(pairs);
   nees.bound_95 = nees.degrees_of_freedom == 3 ? kChiSquared3At95 : kChiSquared2At95;
   for (const PosePair& pair : std::span(pairs).subspan(nees.before_motion)) {
+    check_interruption();
     const auto error = normalised_error(pair, nees.degrees_of_freedom);
     if (!error) {
       ++nees.without_covariance;

@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "trundle/evaluation/evaluate.hpp"
+#include "trundle/io/interruption.hpp"
 #include "trundle/recording/lengths.hpp"
 
 namespace trundle::evaluation {
@@ -8,6 +9,7 @@ namespace trundle::evaluation {
 Trajectory of_reference_sensor(const Trajectory& world_from_body, const Robot& robot) {
   Trajectory moved = world_from_body;
   for (std::size_t i = 0; i < moved.poses.size(); ++i) {
+    check_interruption();
     const Pose2 body = moved.poses[i].pose;
     moved.poses[i] = {moved.poses[i].time_s - robot.reference_time_offset_s,
                       body * robot.body_from_reference};

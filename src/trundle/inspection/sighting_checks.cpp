@@ -41,13 +41,19 @@ struct Seen {
   double range_m = 0.0, bearing_rad = 0.0;
 };
 
+/// Where the path first spans a gap, or ends: beyond it poses do not hang together with those before.
+double end_of_first_stretch(const MotionPath& path) {
+  return path.time_s[static_cast<std::size_t>(std::ranges::find(path.bridged, true) - path.bridged.begin())];
+}
+
 /// Each sighting with the next one of the same landmark after the robot has moved on.
 TwiceSeen twice_seen(const std::vector<Sighting>& sightings, const MotionPath& path, double offset_s) {
+  const double start_s = path.time_s.front(), end_s = end_of_first_stretch(path);
   std::map<std::string, Seen> before;
   std::vector<std::pair<Seen, Seen>> pairs;
   for (const Sighting& sighting : sightings) {
     const double time_s = sighting.time_s + offset_s;
-    if (sighting.landmark.empty() || !path.covers(path.time_s.front(), time_s)) continue;
+    if (sighting.landmark.empty() || time_s < start_s || time_s >= end_s) continue;
     const Pose2 body = path.at(time_s);
     const Seen now{{body.x, body.y}, std::polar(1.0, body.heading), sighting.range_m, sighting.bearing_rad};
     const auto [last, is_first] = before.try_emplace(sighting.landmark, now);

@@ -8,7 +8,6 @@
 
 #include "trundle/io/error.hpp"
 #include "trundle/recording/alignment/align.hpp"
-#include "trundle/recording/reference_noise.hpp"
 #include "trundle/recording/trajectory_file.hpp"
 
 namespace trundle::pipeline {
@@ -74,7 +73,7 @@ TrajectoryFile written_trajectory(const Trajectory& trajectory, const OutputFile
 
 TrajectoryFile reference_of(const Recording& recording, const std::filesystem::path& path) {
   TrajectoryFile reference{
-      .trajectory = reference_trajectory(recording), .files = {}, .noise = read_reference_noise(path)};
+      .trajectory = reference_trajectory(recording), .files = {}, .noise = recording.reference_noise};
   if (reference.trajectory.poses.empty()) reference.trajectory = positions_of(recording.reference);
   if (reference.trajectory.poses.empty())
     throw InputError(path.string(), "the recording holds no reference position", "a reference with x and y");

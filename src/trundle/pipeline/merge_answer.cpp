@@ -45,17 +45,6 @@ std::vector<std::size_t> counts_of(const MergedMap& merged) {
   return counts;
 }
 
-std::vector<MappedLandmark> mapped(const MergedMap& merged) {
-  std::vector<MappedLandmark> map;
-  const std::vector<std::size_t> counts = counts_of(merged);
-  for (std::size_t i = 0; i < merged.map.positions.size(); ++i) {
-    const auto at = 2 * static_cast<Eigen::Index>(i);
-    map.push_back({static_cast<LandmarkId>(i), merged.map.positions[i],
-                   merged.map.covariance.block<2, 2>(at, at), counts[i]});
-  }
-  return map;
-}
-
 Json frame_json(const MergeAnswer& answer, std::size_t k) {
   const MergedMap& merged = answer.merged;
   const Pose2& frame = merged.first_from_map[k];
@@ -81,6 +70,17 @@ std::size_t shared_landmarks(const MergedMap& merged, std::size_t map) {
       std::ranges::count_if(merged.landmark_of[map], [&](std::size_t number) { return counts[number] > 1; }));
 }
 
+std::vector<MappedLandmark> landmarks_of(const MergedMap& merged) {
+  std::vector<MappedLandmark> map;
+  const std::vector<std::size_t> counts = counts_of(merged);
+  for (std::size_t i = 0; i < merged.map.positions.size(); ++i) {
+    const auto at = 2 * static_cast<Eigen::Index>(i);
+    map.push_back({static_cast<LandmarkId>(i), merged.map.positions[i],
+                   merged.map.covariance.block<2, 2>(at, at), counts[i]});
+  }
+  return map;
+}
+
 MergeAnswer answer_merge(const MergeQuestion& question) {
   MergeAnswer answer{.provenance = {}, .maps = question.maps, .landmarks = {}, .merged = {}};
   if (question.unknown_ids) answer.provenance.options.emplace_back("unknown-ids", "true");
@@ -88,7 +88,7 @@ MergeAnswer answer_merge(const MergeQuestion& question) {
   for (const std::string& given : question.maps) maps.push_back(read_joint_map(given, answer.provenance));
   for (const JointMap& map : maps) answer.landmarks.push_back(map.positions.size());
   answer.merged = merge_maps(maps, {.unknown_ids = question.unknown_ids});
-  require_sound(mapped(answer.merged), "the merged map");
+  require_sound(landmarks_of(answer.merged), "the merged map");
   return answer;
 }
 
@@ -105,7 +105,7 @@ Json document_of(const MergeAnswer& answer) {
 std::vector<OutputFile> files_of(const MergeAnswer& answer, const fs::path& folder) {
   const std::string head = head_of(answer.provenance);
   const JointMap& map = answer.merged.map;
-  return {{folder / "landmarks.csv", head + to_csv(mapped(answer.merged), map.names)},
+  return {{folder / "landmarks.csv", head + to_csv(landmarks_of(answer.merged), map.names)},
           {covariance_file_of(folder / "landmarks.csv"),
            head + landmark_covariance_csv(map.names, map.covariance)},
           {folder / "merge.json", dumped(document_of(answer), 2) + "\n"}};

@@ -9,6 +9,7 @@
 #include "trundle/pipeline/files.hpp"
 #include "trundle/pipeline/provenance.hpp"
 #include "trundle/slam/merging/merge.hpp"
+#include "trundle/slam/slam.hpp"
 
 namespace trundle::pipeline {
 
@@ -31,6 +32,9 @@ MergeAnswer answer_merge(const MergeQuestion& question);
 
 /// How many of its landmarks other maps have too.
 [[nodiscard]] std::size_t shared_landmarks(const MergedMap& merged, std::size_t map);
+
+/// The merged landmarks as landmarks.csv has them: their sightings are the maps that have them.
+[[nodiscard]] std::vector<MappedLandmark> landmarks_of(const MergedMap& merged);
 
 /// merge.json.
 nlohmann::ordered_json document_of(const MergeAnswer& answer);

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "trundle/geometry/decompositions.hpp"
+#include "trundle/io/interruption.hpp"
 #include "trundle/statistics/median.hpp"
 #include "trundle/statistics/minimum.hpp"
 
@@ -102,6 +103,7 @@ class Comparer {
   explicit Comparer(TwoClocks clocks) : clocks_(std::move(clocks)) {}
 
   Comparison at(double offset_s) {
+    check_interruption();
     const std::vector<Vector> others = clocks_.moved(offset_s, clocks_.used);
     const Vector duration_s = used_of(clocks_.duration_s, clocks_.used);
     Comparison comparison;

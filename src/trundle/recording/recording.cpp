@@ -80,6 +80,7 @@ void read_streams(const RecordingMap& map, const logs::Definitions& definitions,
   if (!map.session.empty()) recording.session = map.session;
   recording.seen_as = map.seen_as;
   recording.partial = map.partial;
+  recording.reference_noise = map.reference_noise;
 }
 
 /// The streams that a recording.toml maps; `run`: by patterns; `log`: that it is applied to, empty: those it

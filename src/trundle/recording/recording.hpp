@@ -11,6 +11,7 @@
 #include "trundle/io/file.hpp"
 #include "trundle/recording/finding.hpp"
 #include "trundle/recording/line_map.hpp"
+#include "trundle/recording/reference_noise.hpp"
 
 namespace trundle::recording {
 
@@ -141,6 +142,7 @@ struct Recording {
   ReferenceStream reference;
   std::vector<RelativeMotion> relative_motions;
   PartialReference partial;
+  ReferenceSigmas reference_noise = {};  ///< of the trajectory, as its owner states it
   std::vector<Landmark> landmarks;
   std::vector<Finding> findings;
   std::vector<InputFile> inputs;
@@ -175,7 +177,8 @@ Recording read_mapped_by(std::string_view text, const std::filesystem::path& fil
 /// order. Throws InputError where there is none, and says what is there instead.
 [[nodiscard]] std::vector<std::filesystem::path> recordings_below(const std::filesystem::path& folder);
 
-/// Writes the native files of a recording into a folder.
+/// Writes the native files of a recording into a folder, all or none: read_recording gives the same streams,
+/// and whatever else recording.toml said of them.
 void write_recording(const Recording& recording, const std::filesystem::path& folder);
 
 }  // namespace trundle::recording

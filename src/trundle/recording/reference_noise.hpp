@@ -1,6 +1,5 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
 
 #include "trundle/namespaces.hpp"
@@ -14,10 +13,6 @@ struct ReferenceSigmas {
 
   bool stated() const { return position_sigma_m > 0.0 || heading_sigma_rad > 0.0; }
 };
-
-/// What recording.toml in a recording's folder states under [reference]; nothing where there is none. Throws
-/// InputError.
-ReferenceSigmas read_reference_noise(const std::filesystem::path& folder);
 
 /// As lines of [reference]; empty where nothing is stated.
 std::string to_toml(const ReferenceSigmas& noise);

@@ -8,7 +8,6 @@
 #include "trundle/io/file.hpp"
 #include "trundle/io/interruption.hpp"
 #include "trundle/io/staging.hpp"
-#include "trundle/recording/reference_noise.hpp"
 #include "trundle/recording/trajectory_file.hpp"
 #include "trundle/simulation/scenario_file.hpp"
 
@@ -80,24 +79,20 @@ std::string slips_csv(const Scenario& scenario, const Truth& truth) {
   return text;
 }
 
-/// recording.toml with what a careful person would say of the reference.
-std::string with_noise(std::string description, const ReferenceOptions& reference) {
-  if (reference.rate_hz <= 0.0) return description;
-  const std::string noise = to_toml(ReferenceSigmas{
-      std::hypot(reference.position_sigma_m, reference.wander_sigma_m), reference.heading_sigma_rad});
-  const std::string title = "[reference]\n";
-  const std::size_t table = description.find(title);
-  if (table == description.npos) return noise.empty() ? description : description + title + noise;
-  return description.insert(table + title.size(), noise);
+/// What a careful person would say of the reference.
+ReferenceSigmas noise_of(const ReferenceOptions& reference) {
+  if (reference.rate_hz <= 0.0) return {};
+  return {std::hypot(reference.position_sigma_m, reference.wander_sigma_m), reference.heading_sigma_rad};
 }
 
 void write_run(const PlannedRun& run, const std::filesystem::path& folder, const std::string& head) {
   Simulation simulation = simulate(run.scenario);
   simulation.recording.name = run.name;
   simulation.recording.session = run.session;
+  simulation.recording.reference_noise = noise_of(run.scenario.reference);
   write_recording(rounded(std::move(simulation.recording)), folder);
   const auto description = folder / "recording.toml";
-  write_file(description, head + with_noise(read_file(description), run.scenario.reference));
+  write_file(description, head + read_file(description));
   write_file(folder / "truth.csv", head + recording::to_csv(rounded(simulation.truth.body)));
   if (!simulation.truth.slips.empty())
     write_file(folder / "truth_slip.csv", head + slips_csv(run.scenario, simulation.truth));

@@ -123,15 +123,15 @@ struct MapPlace {
 void take_table(StreamKind kind, TomlReader& file, const MapPlace& where, RecordingMap& map) {
   std::optional<TomlReader> table = file.table(std::string(table_name_of(kind)));
   if (!table) return;
-  bool states_noise = false;
   if (kind == StreamKind::reference) {
     map.partial = read_partial_reference(*table);
-    states_noise = read_reference_noise(*table).stated();
+    map.reference_noise = read_reference_noise(*table);
   }
   if (kind == StreamKind::relative_motion && table->has("tuple_file"))
     map.tuple_file = *table->text("tuple_file");
-  const bool partial_only = (kind == StreamKind::reference && (!map.partial.empty() || states_noise)) ||
-                            (kind == StreamKind::relative_motion && !map.tuple_file.empty());
+  const bool partial_only =
+      (kind == StreamKind::reference && (!map.partial.empty() || map.reference_noise.stated())) ||
+      (kind == StreamKind::relative_motion && !map.tuple_file.empty());
   if (table->has("file") || is_of_log(*table) || !partial_only) {
     const std::optional<fs::path> stream_file = file_of(*table, where.folder, where.run, where.log);
     if (!stream_file) return;
@@ -176,15 +176,6 @@ RecordingMap parse_recording_map(std::string_view text, const fs::path& path, co
   take_time_origin(file, context.definitions, map);
   file.check_keys();
   return map;
-}
-
-ReferenceSigmas read_reference_noise(const fs::path& folder) {
-  const fs::path path = folder / "recording.toml";
-  if (!fs::exists(path)) return {};
-  const toml::table content = parse_toml(read_file(path), path.string());
-  TomlReader file(content, path.string(), "");
-  std::optional<TomlReader> reference = file.table("reference");
-  return reference ? read_reference_noise(*reference) : ReferenceSigmas{};
 }
 
 }  // namespace trundle::recording

@@ -19,6 +19,7 @@ struct RecordingMap {
   std::vector<std::string> robots = {};  ///< names in sightings that are robots
   std::vector<std::pair<StreamKind, StreamSource>> streams;
   PartialReference partial;
+  ReferenceSigmas reference_noise = {};
   std::filesystem::path tuple_file;  ///< empty: none
 };
 
