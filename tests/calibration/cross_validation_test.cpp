@@ -91,6 +91,26 @@ TEST(CrossValidation, WhatOnlyOneRunSaysIsRefusedAndNamed) {
   }
 }
 
+TEST(CrossValidation, WhatIsRefusedTakesAlongWhatIsEstimatedBesideIt) {
+  const Parameter track{ParameterKind::track, -1};
+  Robot nominal = nominal_differential();
+  set_value(track, value_of(track, true_differential()), nominal);  // else it would pass for noise
+  Runs runs = prepared(nominal, true_differential(), differential_paths(), 5);
+  CalibrationProblem problem{runs, nominal, {{ParameterKind::diameter, 0}, {ParameterKind::diameter, 1}}};
+  const Estimate estimate = estimate_parameters(problem);
+  const Eigen::MatrixXd covariance = covariance_from(std::span(&track, 1), problem, estimate);
+  const double wider_m = 0.002 * value_of(track, nominal);
+  set_value(track, value_of(track, nominal) + wider_m, problem.nominal);
+  const Estimate with_wider = estimate_parameters(problem);
+  Eigen::Vector2d follows;
+  for (int i = 0; i < 2; ++i) {
+    const Parameter& diameter = problem.parameters[static_cast<std::size_t>(i)];
+    follows[i] = (value_of(diameter, with_wider.robot) - value_of(diameter, estimate.robot)) / wider_m;
+  }
+  const Eigen::Matrix2d expected = std::pow(prior_sigma(track, nominal), 2) * follows * follows.transpose();
+  EXPECT_TRUE(covariance.isApprox(expected, 0.05)) << covariance << "\nand by moving it\n" << expected;
+}
+
 /// A car with a gyro, as its file has it but for the zero of its steering.
 TEST(CrossValidation, WhatTheRunsAreSureOfIsNotGivenUpForWhatMayBeChance) {
   const Parameter zero{ParameterKind::steering_zero, 2};

@@ -7,6 +7,7 @@
 #include "trundle/calibration/problem/defaults.hpp"
 #include "trundle/calibration/solve/solve.hpp"
 #include "trundle/calibration/solve/weights.hpp"
+#include "trundle/geometry/decompositions.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -182,6 +183,24 @@ Estimate estimate_parameters(const CalibrationProblem& problem) {
   estimate.gyro_bias_spread = gyro_bias_spread(likelihood, estimate.robot);
   estimate.gyro_biases = gyro_biases_of(likelihood, estimate);
   return estimate;
+}
+
+Eigen::MatrixXd covariance_from(std::span<const Parameter> given, const CalibrationProblem& problem,
+                                const Estimate& estimate) {
+  CalibrationProblem all = problem;
+  all.parameters.insert(all.parameters.end(), given.begin(), given.end());
+  Likelihood likelihood = likelihood_of(all);
+  set_noise(estimate.robot, estimate.noise, likelihood);
+  likelihood.gyro_bias_spread_rad_s = estimate.gyro_bias_spread.prior_rad_s;
+  likelihood.seeks_reference_clocks = true;
+  likelihood.gate = kGate;
+  std::ranges::transform(estimate.runs, likelihood.run_weight.begin(), &RunEvidence::weight);
+  set_own_parameters(estimate.robot, likelihood);
+  const Eigen::MatrixXd information = total_information(likelihood, estimate.robot).matrix;
+  const Eigen::Index n = problem.size();
+  const Eigen::MatrixXd taken_along = constrained_inverse(information.topLeftCorner(n, n), estimate.space) *
+                                      information.topRightCorner(n, all.size() - n);
+  return congruent(prior_covariance(given, problem.nominal), Eigen::MatrixXd(taken_along.transpose()));
 }
 
 }  // namespace trundle::calibration

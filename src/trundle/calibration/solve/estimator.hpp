@@ -33,4 +33,10 @@ struct Estimate {
 /// weights of outlying runs are found in between. docs/theory/calibration.md.
 [[nodiscard]] Estimate estimate_parameters(const CalibrationProblem& problem);
 
+/// The covariance of what was estimated that comes from parameters that stay as given, for they do not hold
+/// beyond the runs: each is as wrong as given may be, and takes along what was estimated beside it. In the
+/// parameters' own units; to be added. docs/theory/calibration-uncertainty.md.
+[[nodiscard]] Eigen::MatrixXd covariance_from(std::span<const Parameter> given,
+                                              const CalibrationProblem& problem, const Estimate& estimate);
+
 }  // namespace trundle::calibration

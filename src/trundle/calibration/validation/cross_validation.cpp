@@ -155,7 +155,13 @@ ValidatedEstimate estimate_what_holds(const CalibrationProblem& problem) {
     }
     best = std::move(next);
   }
-  if (best.refused.empty()) best.before.reset();
+  if (best.refused.empty()) {
+    best.before.reset();
+  } else if (!best.parameters.empty()) {
+    CalibrationProblem held = problem;
+    held.parameters = best.parameters;
+    best.estimate.held_covariance += covariance_from(best.refused, held, best.estimate);
+  }
   return best;
 }
 
