@@ -162,7 +162,9 @@ class FromArrays(WithFolder):
         place = self.folder / "team"
         place.mkdir()
         (place / "recording.toml").write_text(
-            'time_origin = 1494449900\nseen_as = "me"\nrobots = ["you"]\n[wheels]\nfile = "counts.csv"\n[reference]\nclosed = true\n')
+            'time_origin = 1494449900\nseen_as = "me"\nrobots = ["you"]\n[wheels]\nfile = "counts.csv"\n'
+            'columns.time_s = "time_s"\ncolumns.left_ticks = "left_ticks"\ncolumns.right_ticks = "right_ticks"\n'
+            '[reference]\nclosed = true\n')
         (place / "counts.csv").write_text("time_s,left_ticks,right_ticks\n1494449900.5,0,0\n1494449901.5,9,9\n")
         (place / "sightings.csv").write_text("time_s,landmark,range_m,bearing_rad\n0.5,you,2.0,0.1\n0.6,tree,3.0,0.2\n")
         trundle.Recording(place).save(self.folder / "again")
