@@ -125,6 +125,7 @@ Found<EvaluationStage> evaluate_trajectories(const RunInputs& inputs, const Robo
   recording.name = inputs.recording().name;
   recording.inputs = inputs.recording().inputs;
   recording.reference = inputs.recording().reference;
+  recording.reference_noise = inputs.recording().reference_noise;
   const auto clock = set_clock(inputs.recording(), trajectories, robot.robot, recording.reference);
   const TrajectoryFile reference = reference_of(recording, inputs.question.recording);
   std::vector<Evaluated> all;
