@@ -90,7 +90,7 @@ void bind_counts(py::module_& module) {
       .def_readonly("median_nis", &SlamCounts::median_nis, "1.39 if consistent.");
 }
 
-/// The options of both: what only one of them takes is at its default for the other.
+/// The options of both: what only one of them takes need not be given for the other.
 template <class Answer>
 void def_slam(py::module_& module, const char* name, const Answer& answer) {
   module.def(
@@ -128,11 +128,11 @@ void def_slam(py::module_& module, const char* name, const Answer& answer) {
         return answer(recordings, robots, question);
       },
       py::arg("recordings"), py::arg("robots"), py::kw_only(), py::arg("filter"), py::arg("particles"),
-      py::arg("seed"), py::arg("start"), py::arg("smooth"), py::arg("smoother_runs"), py::arg("unknown_ids"),
-      py::arg("estimate"), py::arg("systematic_sigma"), py::arg("swarm_iterations"),
-      py::arg("swarm_agreement"), py::arg("window"), py::arg("correct_slip"), py::arg("learn"),
-      py::arg("spin_odds"), py::arg("threads"), py::arg("marker_sigma"), py::arg("checkpoint"),
-      py::arg("checkpoint_every_s"), py::arg("resume"));
+      py::arg("seed"), py::arg("start"), py::arg("smooth") = false, py::arg("smoother_runs"),
+      py::arg("unknown_ids"), py::arg("estimate"), py::arg("systematic_sigma"), py::arg("swarm_iterations"),
+      py::arg("swarm_agreement"), py::arg("window") = py::none(), py::arg("correct_slip"), py::arg("learn"),
+      py::arg("spin_odds"), py::arg("threads"), py::arg("marker_sigma") = 0.0, py::arg("checkpoint") = "",
+      py::arg("checkpoint_every_s") = py::none(), py::arg("resume") = "");
 }
 
 void bind_joint_slam(py::module_& module) {

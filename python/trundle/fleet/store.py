@@ -216,17 +216,17 @@ def register(store: Store, request: str, found: Iterable[Log], types: Callable[[
         store.transact(functools.partial(_register, store, request, some, types))
 
 
-def _leased_for(store: Store, table: sql.Table, request: str) -> Any:
-    return sql.and_(table.c.state == "leased", table.c.lease_until_s >= store.now(), table.c.request == request)
+def _put(store: Store, table: sql.Table, key: str, request: str, rows: list[dict[str, Any]], connection: Any) -> None:
+    """Rows to be worked off, from the first attempt on; but one on which somebody works under a lease for this request stays his."""
+    fresh = [{**row, "request": request, "state": "waiting", "attempts": 0, "losses": 0} for row in rows]
+    inserted = store.insert(table)
+    changed = {name: inserted.excluded[name] for name in fresh[0] if name != key}
+    leased = sql.and_(table.c.state == "leased", table.c.lease_until_s >= store.now(), table.c.request == request)
+    connection.execute(inserted.on_conflict_do_update(index_elements=[key], set_={**changed, "lease": None}, where=~leased), fresh)
 
 
 def _register(store: Store, request: str, found: list[Log], types: Callable[[Log], str], connection: Any) -> None:
-    rows = [{**log._asdict(), "request": request, "state": "waiting", "attempts": 0, "losses": 0} for log in found]
-    inserted = store.insert(logs)
-    new = inserted.excluded
-    changed = {name: new[name] for name in ("robot_file", "robot", "date", "request", "state", "attempts", "losses")}
-    connection.execute(
-        inserted.on_conflict_do_update(index_elements=["path"], set_={**changed, "lease": None}, where=~_leased_for(store, logs, request)), rows)
+    _put(store, logs, "path", request, [log._asdict() for log in found], connection)
     told_last = sorted(found, key=lambda log: bool(types(log)))  # a log without a robot file does not hide that of the others
     named = {log.robot: {"name": log.robot, "type": types(log), "robot_file": log.robot_file} for log in told_last}
     inserted = store.insert(robots)
@@ -237,19 +237,17 @@ def _register(store: Store, request: str, found: list[Log], types: Callable[[Log
 def register_reports(store: Store, request: str, shows: dict[str, str], limits: str) -> int:
     """Puts those reports to be made, of `shows` by robot, that are not there as they shall be; returns how many. One that
     failed may do better under other limits."""
+    def is_there(row: Any) -> bool:
+        return row.shows == shows.get(row.robot) and (row.state == "done" or (row.state == "failed" and row.limits == limits))
+
     def put(connection: Any) -> int:
         columns = [reports.c[name] for name in ("robot", "shows", "state", "limits")]
-        known = {row.robot: row for row in connection.execute(sql.select(*columns))}
-        wanted = [robot for robot, text in shows.items() if not (
-            (row := known.get(robot)) and row.shows == text and (row.state == "done" or (row.state == "failed" and row.limits == limits)))]
-        rows = [{"robot": robot, "shows": shows[robot], "limits": limits, "line": "", "html": None, "request": request,
-                 "state": "waiting", "attempts": 0, "losses": 0} for robot in wanted]
+        there = {row.robot for row in connection.execute(sql.select(*columns)) if is_there(row)}
+        rows = [{"robot": robot, "shows": text, "limits": limits, "line": "", "html": None}
+                for robot, text in shows.items() if robot not in there]
         for start in range(0, len(rows), 500):
-            inserted = store.insert(reports)
-            changed = {name: inserted.excluded[name] for name in rows[0] if name != "robot"}
-            connection.execute(inserted.on_conflict_do_update(
-                index_elements=["robot"], set_={**changed, "lease": None}, where=~_leased_for(store, reports, request)), rows[start : start + 500])
-        return len(wanted)
+            _put(store, reports, "robot", request, rows[start : start + 500], connection)
+        return len(rows)
 
     return store.transact(put)
 
