@@ -418,9 +418,9 @@ class Leases:
 
     def test_who_lost_the_lease_stores_nothing(self):
         database = self.prepared(1)
-        [first] = store.claim(database, "request", "a", 1, 0.2)
+        [first] = store.claim(database, "request", "a", 1, 2.0)
         self.assertEqual(store.claim(database, "request", "b", 1, 60.0), [])
-        time.sleep(0.3)
+        time.sleep(2.5)
         [second] = store.claim(database, "request", "b", 1, 60.0)
         self.assertEqual((second.id, first.losses, second.losses), (first.id, 0, 1))
         self.assertEqual(store.finish(database, "a", [self.final(first, "late")]), 0)
@@ -431,11 +431,11 @@ class Leases:
 
     def test_a_heartbeat_keeps_the_lease(self):
         database = self.prepared(1)
-        store.claim(database, "request", "a", 1, 0.6)
-        with worker._heartbeat(database, "a", 0.6):
-            time.sleep(1.0)
+        store.claim(database, "request", "a", 1, 3.0)
+        with worker._heartbeat(database, "a", 3.0):
+            time.sleep(5.0)
             self.assertEqual(store.claim(database, "request", "b", 1, 60.0), [])
-        time.sleep(0.8)
+        time.sleep(4.0)
         self.assertEqual(len(store.claim(database, "request", "b", 1, 60.0)), 1)
 
     def test_a_worker_keeps_its_lease_while_it_computes(self):
@@ -447,12 +447,12 @@ class Leases:
         store.register(database, "long", [store.Log(str(log), str(robot), "r", None)], lambda log: "type")
 
         def takes_longer_than_the_lease(*_):
-            time.sleep(1.2)
+            time.sleep(5.0)
             stolen.extend(store.claim(database, "long", "thief", 1, 60.0))
             return {"line": "computed"}
 
         with unittest.mock.patch.object(worker.Host, "ask", takes_longer_than_the_lease):
-            worker.work_off(worker.Job(self.url, "long", Limits(), lease_s=0.6), 1)
+            worker.work_off(worker.Job(self.url, "long", Limits(), lease_s=3.0), 1)
         self.assertEqual(stolen, [])
 
     def test_a_log_that_kills_its_workers_is_recorded(self):
