@@ -24,7 +24,7 @@ class Rows(NamedTuple):
 
 
 def simulated(robots: int, runs: int) -> Rows:
-    """One robot in 100 is outlying, one in 100 changes by 1 %, one run in 200 failed; two types of robots."""
+    """One robot in 100 is outlying, one in 100 changes by 1 %, one in 100 wears, one run in 200 failed; two types of robots."""
     rng, rows = numpy.random.Generator(numpy.random.Philox(1)), Rows([], [], [], [])
     for number in range(robots):
         name, kind = f"robot_{number:05}", "kobuki" if number % 10 else "husky"
@@ -42,6 +42,8 @@ def simulated(robots: int, runs: int) -> Rows:
                               "slip_share": 0.01 * rng.random(), "document": "{}"})
             for value, (parameter, unit, nominal, _, sigma) in zip(truth, PARAMETERS):
                 step = 0.01 * nominal if number % 100 == 3 and run >= runs // 2 and parameter == "left.diameter" else 0.0
+                if number % 100 == 13 and parameter == "left.diameter":
+                    step = 0.002 * nominal * run
                 if not failed:
                     rows.parameters.append({"log_id": log_id, "name": parameter, "unit": unit, "nominal": nominal, "sigma": sigma,
                                             "value": value - step + sigma * rng.standard_normal(), "observable": True})

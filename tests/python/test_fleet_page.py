@@ -56,6 +56,13 @@ class Page(WithFolder):
         self.assertEqual(prom['trundle_fleet_attention_robots{reason="change"}'], sum("change" in of for of in data["robots"]["reasons"]))
         changes = list(csv.DictReader((self.ours / "changes.csv").open()))
         self.assertIn(("robot_00003", "left.diameter", "2026-01-26"), [(row["robot"], row["parameter"], row["since"]) for row in changes])
+        [trend] = [row for row in changes if row["robot"] == "robot_00013"]
+        self.assertEqual((trend["kind"], trend["since"], trend["step"], trend["sigma"], trend["slope_unit"]), ("trend", "2026-01-05", "", "", "m/year"))
+        self.assertLess(abs(float(trend["slope"]) + 0.002 * 0.1 * 365.25 / 7.0), 4.0 * float(trend["slope_sigma"]))
+        self.assertEqual({(row["kind"], row["slope"] == "") for row in changes if row is not trend}, {("step", True)})
+        [[name, since, _, words, [start, slope]]] = data["robots"]["changes"][13]
+        self.assertRegex(words, r"^left.diameter −10\.\d+ % a year \(± 0\.\d+ %\) since 2026-01-05$")
+        self.assertAlmostEqual(slope, float(trend["slope"]), 9)
         mean = prom['trundle_fleet_parameter_mean{type="kobuki",parameter="track"}']
         fit = next(one for one in next(t for t in data["types"] if t["name"] == "kobuki")["parameters"] if one["name"] == "track")["fit"]
         self.assertAlmostEqual(mean, fit[0], 6)

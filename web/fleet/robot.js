@@ -27,24 +27,33 @@ function parameterRow(robot, { name, unit }, place) {
     z === null ? '' : html('span', { class: outlying ? 'stands-out' : null }, words.robot.z(fixed(z, 1))), changes.join('; '));
 }
 
-// The values of the robot's runs, evenly spaced by run, with their own 95 %; dashed where a change was found.
+const yearMs = 365.25 * 86400000;
+
+// The runs of a trend, which ends where the next step is, with their values by its line.
+function lineOf([, , log, , [start, slope]], runs, stepsAt) {
+  const first = runs.findIndex((run) => run[1] === log);
+  const end = Math.min(runs.length, ...stepsAt.filter((step) => step > first));
+  return runs.slice(first, end).map(([date], i) => [first + i, start + (slope * (Date.parse(date) - Date.parse(runs[first][0]))) / yearMs]);
+}
+
+// The values of the robot's runs, evenly spaced by run, with their own 95 %; dashed where a step was found, a line along trends.
 function course({ name, unit }, place, runs, changes) {
   const known = runs.map((run, i) => ({ i, date: run[0], estimate: run[4][place] })).filter(({ estimate }) => estimate);
   if (known.length === 0) return null;
   const shown = shownIn(unit);
+  const own = changes.filter((change) => change[0] === name);
+  const stepsAt = own.filter((change) => !change[4]).map((change) => runs.findIndex((run) => run[1] === change[2]));
   const low = Math.min(...known.map(({ estimate: [value, sigma] }) => value - 2 * sigma));
   const high = Math.max(...known.map(({ estimate: [value, sigma] }) => value + 2 * sigma));
   const x = linear([0, Math.max(1, runs.length - 1)], [8, width - 8]);
   const y = linear([low, high > low ? high : low + 1], [height - 18, 8]);
   const decimals = decimalsFor((high - low) * 0.2 * shown.factor);
   const texts = [[runs[0][0], 'start', 0], [runs.at(-1)[0], 'end', width]].map(([date, anchor, at]) => svg('text', { class: 'axis', x: at, y: height - 3, 'text-anchor': anchor }, date ?? ''));
-  const lines = changes.filter((change) => change[0] === name).map((change) => {
-    const at = x(runs.findIndex((run) => run[1] === change[2]) - 0.5);
-    return svg('line', { class: 'changed', x1: at, x2: at, y1: 4, y2: height - 16 });
-  });
+  const steps = stepsAt.map((at) => svg('line', { class: 'changed', x1: x(at - 0.5), x2: x(at - 0.5), y1: 4, y2: height - 16 }));
+  const trends = own.filter((change) => change[4]).map((change) => svg('polyline', { class: 'trend', points: lineOf(change, runs, stepsAt).map(([run, value]) => `${x(run)},${y(value)}`).join(' ') }));
   const marks = known.map(({ i, estimate: [value, sigma] }) => [svg('line', { class: 'whisker', x1: x(i), x2: x(i), y1: y(value - 2 * sigma), y2: y(value + 2 * sigma) }), svg('circle', { class: 'point', cx: x(i), cy: y(value), r: 2.5 })]);
   return html('figure', {}, html('h4', {}, `${name}, ${fixed(low * shown.factor, decimals)}…${fixed(high * shown.factor, decimals)} ${shown.unit}`),
-    svg('svg', { viewBox: `0 0 ${width} ${height}`, role: 'img', 'aria-label': words.series(name) }, lines, marks, texts));
+    svg('svg', { viewBox: `0 0 ${width} ${height}`, role: 'img', 'aria-label': words.series(name) }, steps, trends, marks, texts));
 }
 
 export function makeRobotDialog() {

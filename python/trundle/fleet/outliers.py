@@ -68,8 +68,11 @@ def robot_scores(y: Array, v: Array) -> tuple[Array, Array]:
     return z, p
 
 
-def run_scores(x: Array, s2: Array, omega2: float, mean: float, spread: float, segment: Array) -> Array:
-    """z of each run given the robot's other runs between the same changes (segment[robot, run]) and the population.
+def run_scores(x: Array, s2: Array, omega2: float, mean: float, spread: float, segment: Array, time: Array) -> Array:
+    """z of each run given the robot's other runs between the same steps (segment[robot, run]) and the population.
+
+    Where runs have a trend the others let expect a line over time[robot, run], whose value at time 0 is the population's as
+    one of a robot without a trend is; of these all times are 0.
 
     A bad run makes the others look bad, so of each robot's runs only the worst is judged at a time: it keeps its z, is
     left out, and the others are judged without it while it is beyond what the largest of them would be.
@@ -85,10 +88,18 @@ def run_scores(x: Array, s2: Array, omega2: float, mean: float, spread: float, s
             others[:, j] = False
             weight = numpy.where(others, 1.0 / (s2 + omega2), 0.0)
             prior = 1.0 / max(spread**2, 1e-300)
+            known = numpy.where(others, x, 0.0)
             whole = prior + weight.sum(axis=1)
-            expected = (prior * mean + (weight * numpy.where(others, x, 0.0)).sum(axis=1)) / whole
+            value = (prior * mean + (weight * known).sum(axis=1)) / whole
+            middle = (weight * time).sum(axis=1) / whole
+            from_middle = time - middle[:, None]
+            square = prior * middle**2 + (weight * from_middle**2).sum(axis=1)
+            square = numpy.where(square > 0.0, square, numpy.inf)
+            slope = ((weight * from_middle * known).sum(axis=1) - prior * middle * mean) / square
+            expected = value + slope * from_middle[:, j]
+            variance = 1.0 / whole + from_middle[:, j] ** 2 / square
             judged = kept[:, j] & others.any(axis=1)  # a run alone is judged as the robot
-            score[:, j] = numpy.where(judged, (x[:, j] - expected) / numpy.sqrt(s2[:, j] + omega2 + 1.0 / whole), numpy.nan)
+            score[:, j] = numpy.where(judged, (x[:, j] - expected) / numpy.sqrt(s2[:, j] + omega2 + variance), numpy.nan)
         size = numpy.nan_to_num(numpy.abs(score), nan=-1.0)
         worst = size.argmax(axis=1)
         stands_out = size[numpy.arange(robots), worst] > limit

@@ -12,7 +12,7 @@ from typing import Any, Optional
 
 import trundle
 
-from . import outliers, reports, store
+from . import drift, outliers, reports, store
 from .files import write
 from .needs import is_urgent
 from .summary import Fleet, Run, TypeParameter, load, needs_of, summarise
@@ -23,13 +23,14 @@ def _number(value: Any) -> Optional[float]:
     return float(f"{value:.7g}") if value is not None and math.isfinite(value) else None
 
 
-def change_in_words(parameter: TypeParameter, run: Run, step: float, sigma: float) -> str:
-    """'left.diameter −0.8 % (± 0.1 %) since 2026-03-03'"""
+def change_in_words(parameter: TypeParameter, run: Run, change: drift.Change) -> str:
+    """'left.diameter −0.8 % (± 0.1 %) since 2026-03-03', of a trend 'left.diameter −0.8 % a year (± 0.1 %) since 2026-01-03'"""
+    size, each = (change.slope, " a year") if isinstance(change, drift.Trend) else (change.step, "")
     share = parameter.nominal != 0.0 and parameter.unit in ("m", "1")
     factor, unit = (100.0 / abs(parameter.nominal), "%") if share else (1.0, parameter.unit)
-    decimals = min(9, max(0, 1 - math.floor(math.log10(sigma * factor)))) if sigma > 0.0 else 3
-    signed = f"{step * factor:+.{decimals}f}".replace("-", "−")
-    return f"{parameter.name} {signed} {unit} (± {sigma * factor:.{decimals}f} {unit}) since {run.date}"
+    decimals = min(9, max(0, 1 - math.floor(math.log10(change.sigma * factor)))) if change.sigma > 0.0 else 3
+    signed = f"{size * factor:+.{decimals}f}".replace("-", "−")
+    return f"{parameter.name} {signed} {unit}{each} (± {change.sigma * factor:.{decimals}f} {unit}) since {run.date}"
 
 
 _REASONS = ("change", "failed", "outlier", "run", "run_needed", "warning")
@@ -40,7 +41,7 @@ class _Attention:
 
     def __init__(self, fleet: Fleet) -> None:
         self.reasons: dict[str, list[str]] = {robot: [] for robot in fleet.robots}
-        self.changes: dict[str, list[list[str]]] = {robot: [] for robot in fleet.robots}
+        self.changes: dict[str, list[list[Any]]] = {robot: [] for robot in fleet.robots}
         badly_known: dict[str, list[str]] = {robot: [] for robot in fleet.robots}
         for parameters in fleet.parameters.values():
             for parameter in parameters:
@@ -60,7 +61,8 @@ class _Attention:
     def _of_parameter(self, parameter: TypeParameter) -> None:
         for robot, run, change in parameter.changes:
             self._add(robot, "change")
-            self.changes[robot].append([parameter.name, run.date or "", run.log, change_in_words(parameter, run, change.step, change.sigma)])
+            line = [_number(change.start), _number(change.slope)] if isinstance(change, drift.Trend) else None
+            self.changes[robot].append([parameter.name, run.date or "", run.log, change_in_words(parameter, run, change), line])
         for robot, estimate in zip(parameter.robots, parameter.estimates):
             self._add(robot, "outlier", estimate.outlying)
         for run, _ in parameter.outlying_runs:
@@ -152,19 +154,25 @@ def _csv(head: list[str], rows: Iterable[Iterable[Any]]) -> str:
     return text.getvalue()
 
 
+def _change_cells(change: drift.Change, unit: str) -> list[Any]:
+    if isinstance(change, drift.Trend):
+        return ["", "", "trend", _number(change.slope), _number(change.sigma), f"{unit}/year"]
+    return [_number(change.step), _number(change.sigma), "step", "", "", ""]
+
+
 def _tables(fleet: Fleet, attention: _Attention) -> dict[str, str]:
     parameters = [one for of_type in fleet.parameters.values() for one in of_type]
     robots = [[robot, runs[-1].type, len(runs), runs[-1].date, runs[-1].status, " ".join(attention.reasons[robot]),
                "; ".join(attention.needs[robot])] for robot, runs in fleet.robots.items()]
     values = [[robot, one.name, one.unit, *map(_number, (e.value, e.sigma, e.low, e.high, e.z)), int(e.outlying)]
               for one in parameters for robot, e in zip(one.robots, one.estimates) if math.isfinite(e.value)]
-    changes = [[robot, one.name, one.unit, run.date, run.log, _number(change.step), _number(change.sigma)]
+    changes = [[robot, one.name, one.unit, run.date, run.log, *_change_cells(change, one.unit)]
                for one in parameters for robot, run, change in one.changes]
     runs = [[run.robot, one.name, run.date, run.log, _number(z)] for one in parameters for run, z in one.outlying_runs]
     return {
         "robots.csv": _csv(["robot", "type", "runs", "last_run", "last_status", "attention", "next_run"], robots),
         "parameters.csv": _csv(["robot", "parameter", "unit", "value", "sigma", "low_95", "high_95", "z", "outlying"], values),
-        "changes.csv": _csv(["robot", "parameter", "unit", "since", "log", "step", "sigma"], changes),
+        "changes.csv": _csv(["robot", "parameter", "unit", "since", "log", "step", "sigma", "kind", "slope", "slope_sigma", "slope_unit"], changes),
         "outlying_runs.csv": _csv(["robot", "parameter", "date", "log", "z"], runs),
     }
 

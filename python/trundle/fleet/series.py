@@ -1,12 +1,14 @@
 """Runs of robots over dates as arrays: x[robot, run] with variance of its own s2[robot, run]; inf where there is no run.
 
 x_ij ~ N(theta_i, s2_ij + omega^2): omega is what runs of one unchanged robot differ by beyond their own uncertainty.
-docs/theory/fleet.md, eq. 1, 2.
+A robot with a trend has a line in place of theta_i: `time` is then that of its runs [years] from the one at which its value
+is asked for, and 0 of robots without. docs/theory/fleet.md, eq. 1, 2, 9.
 """
 
 from __future__ import annotations
 
 import functools
+from typing import Union
 
 import numpy
 
@@ -17,31 +19,49 @@ _HUBER = 1.5
 _CLIPPED = 0.7784652
 
 
-def robot_means(x: Array, s2: Array, omega2: Array) -> tuple[Array, Array]:
-    """Weighted means over the last axis, and their variances; inf where a robot has no run."""
-    weight = 1.0 / (s2 + omega2[..., None, None])
+Times = Union[Array, float]
+
+
+def _lines(x: Array, weight: Array, time: Times) -> tuple[Array, Array, Array]:
+    """Values at time 0 by weighted least squares over the last axis, slopes, and variances of the values; inf where a robot
+    has no run. Runs of one time have no slope."""
     whole = weight.sum(axis=-1)
     with numpy.errstate(divide="ignore", invalid="ignore"):
         mean = numpy.where(whole > 0.0, (weight * x).sum(axis=-1) / whole, 0.0)
-        return mean, 1.0 / whole
+        if not numpy.any(time):
+            return mean, numpy.zeros_like(mean), 1.0 / whole
+        middle = numpy.where(whole > 0.0, (weight * time).sum(axis=-1) / whole, 0.0)
+        from_middle = time - middle[..., None]
+        square = (weight * from_middle**2).sum(axis=-1)
+        square = numpy.where(square > 1e-9 * (weight * numpy.square(time)).sum(axis=-1), square, numpy.inf)
+        slope = (weight * from_middle * x).sum(axis=-1) / square
+        return mean - slope * middle, slope, 1.0 / whole + middle**2 / square
+
+
+def robot_values(x: Array, s2: Array, omega2: Array, time: Times = 0.0) -> tuple[Array, Array]:
+    """By a robot's runs alone, and their variances; inf where it has no run."""
+    value, _, variance = _lines(x, 1.0 / (s2 + omega2[..., None, None]), time)
+    return value, variance
 
 
 _PROBABLE = 9  # values that stand for what omega^2 may be; odd, so that the one in the middle is the median
 
 
-def run_spreads(x: Array, s2: Array) -> Array:
-    """Equally probable values of omega^2 of all robots together, first axis, rising. Runs about their robots' means: the sum
-    of squares in units of s2 + omega^2 is chi-squared with as many degrees of freedom as there are runs more than robots.
-    Where no robot has two runs omega is 0: it is then a part of the spread between robots."""
+def run_spreads(x: Array, s2: Array, time: Times = 0.0) -> Array:
+    """Equally probable values of omega^2 of all robots together, first axis, rising. Runs about their robots' means or lines:
+    the sum of squares in units of s2 + omega^2 is chi-squared with as many degrees of freedom as there are runs more than
+    means and slopes. Where no robot has two runs omega is 0: it is then a part of the spread between robots."""
     seen = numpy.isfinite(s2)
-    degrees = numpy.maximum(seen.sum(axis=-1) - 1, 0).sum(axis=-1)
+    slopes = (seen & (numpy.asarray(time) != 0.0)).any(axis=-1)
+    degrees = numpy.maximum(seen.sum(axis=-1) - 1 - slopes, 0).sum(axis=-1)
     x = numpy.where(seen, x, 0.0)
 
     def squares(omega2: Array) -> Array:
-        mean, _ = robot_means(x, s2, omega2)
-        return numpy.asarray(((x - mean[..., None]) ** 2 / (s2 + omega2[..., None, None])).sum(axis=(-2, -1)))
+        weight = 1.0 / (s2 + omega2[..., None, None])
+        value, slope, _ = _lines(x, weight, time)
+        return numpy.asarray(((x - value[..., None] - slope[..., None] * time) ** 2 * weight).sum(axis=(-2, -1)))
 
-    mean, _ = robot_means(x, s2, numpy.zeros(x.shape[:-2]))
+    mean, _ = robot_values(x, s2, numpy.zeros(x.shape[:-2]))
     largest = 1e4 * (numpy.where(seen, (x - mean[..., None]) ** 2, 0.0).max(axis=(-2, -1)) + numpy.where(seen, s2, 0.0).max(axis=(-2, -1)))
     def excess(wanted: Array, omega2: Array) -> Array:
         return squares(omega2) - wanted

@@ -50,7 +50,7 @@ class TypeParameter(NamedTuple):
     estimates: list[RobotParameter]
     fit: Optional[population.Population]
     run_spread: float
-    changes: list[tuple[str, Run, drift.Change]]  # robot, the first run after it
+    changes: list[tuple[str, Run, drift.Change]]  # robot, its first run
     outlying_runs: list[tuple[Run, float]]  # with z
 
     def badly_known(self) -> list[str]:
@@ -96,33 +96,27 @@ def _arrays(robots: list[list[Run]], name: str) -> tuple[Array, Array, list[list
     return x, s2, having
 
 
-def _years(runs: list[Run]) -> float:
-    """From the first to the last run; 0 where a date is not known: then no change is looked for."""
-    if len(runs) < 2 or any(run.date is None for run in runs):
-        return 0.0
-    first, last = (datetime.date.fromisoformat(str(run.date)[:10]) for run in (runs[0], runs[-1]))
-    return (last - first).days / _YEAR_DAYS
+def _years(having: list[list[Run]], shape: tuple[int, ...]) -> Array:
+    """Each run's date from the robot's first; all 0 where one is not known: then no change is looked for."""
+    years = numpy.zeros(shape)
+    for i, runs in enumerate(having):
+        if all(run.date is not None for run in runs):
+            days = numpy.array([datetime.date.fromisoformat(str(run.date)[:10]).toordinal() for run in runs])
+            years[i, : len(runs)] = (days - days[:1]) / _YEAR_DAYS
+    return years
 
 
-def _changes(x: Array, s2: Array, having: list[list[Run]], tested: int) -> dict[int, list[drift.Change]]:
-    """By row. Of the false alarms of a robot-year each of its parameters has its part."""
+def _pieces(x: Array, s2: Array, years: Array, tested: int) -> dict[int, list[drift.Piece]]:
+    """Of those rows that are not one constant. Of the false alarms of a robot-year each of its parameters has its part."""
     omega2, degrees = series.robust_run_spread(x, s2)
     limits = numpy.full(len(x), numpy.inf)
-    for i, runs in enumerate(having):
-        years = _years(runs)
-        if years > 0.0:
-            limits[i] = drift.with_degrees(drift.limit_for(len(runs), drift.FALSE_ALARMS * years / tested), degrees)
+    for i, last in enumerate(years.max(axis=1, initial=0.0)):
+        if last > 0.0:
+            runs = int(numpy.isfinite(s2[i]).sum())
+            limits[i] = drift.with_degrees(drift.limit_for(runs, drift.FALSE_ALARMS * last / tested), degrees)
     variance = s2 + omega2
-    rows: list[int] = numpy.flatnonzero(drift.suspects(x, variance, limits)).tolist() if x.shape[1] > 1 else []
-    return {i: drift.changes(x[i, : len(having[i])], variance[i, : len(having[i])], limits[i]) for i in rows}
-
-
-def _segments(shape: tuple[int, ...], changes: dict[int, list[drift.Change]]) -> Array:
-    segment = numpy.zeros(shape)
-    for i, found in changes.items():
-        for change in found:
-            segment[i, change.first :] += 1.0
-    return segment
+    rows: list[int] = numpy.flatnonzero(drift.suspects(x, variance, years, limits)).tolist()
+    return {i: drift.pieces(x[i], variance[i], years[i], limits[i]) for i in rows}
 
 
 class _Column:
@@ -132,37 +126,48 @@ class _Column:
         self.name, self.names = name, numpy.array(names, object)
         self.x, self.s2, self.having = _arrays(robots, name)
         self.some = next(run.parameters[name] for runs in robots for run in runs if name in run.parameters)
-        self.changes = {} if name in _DRIFTS_ANYWAY else _changes(self.x, self.s2, self.having, tested)
-        self.segment = _segments(self.x.shape, self.changes)
+        self.years = _years(self.having, self.x.shape)
+        self.pieces = {} if name in _DRIFTS_ANYWAY else _pieces(self.x, self.s2, self.years, tested)
+        self._divide()
         self.logs = numpy.full(self.x.shape, "", object)
         for i, runs in enumerate(self.having):
             self.logs[i, : len(runs)] = [run.log for run in runs]
 
+    def _divide(self) -> None:
+        """The piece of each run, and its time from the last one of its piece where that has a trend, else 0."""
+        self.segment, self.time = numpy.zeros(self.x.shape), numpy.zeros(self.x.shape)
+        for i, pieces in self.pieces.items():
+            for number, piece in enumerate(pieces):
+                end = pieces[number + 1].first if number + 1 < len(pieces) else len(self.having[i])
+                self.segment[i, piece.first :] = number
+                if piece.is_trend:
+                    self.time[i, piece.first : end] = self.years[i, piece.first : end] - self.years[i, end - 1]
+        self.last = self.segment == self.segment.max(axis=1, keepdims=True, initial=0.0)
+
     def judge_runs(self) -> Array:
         """The probability of each run."""
         omega2, degrees = series.robust_run_spread(self.x, self.s2)
-        y, v = series.robot_means(self.x, self.s2, numpy.asarray(omega2))
+        y, v = series.robot_values(self.x, numpy.where(self.last, self.s2, numpy.inf), numpy.asarray(omega2), self.time)
         self.z_of_runs = p = numpy.full(self.x.shape, numpy.nan)
         if numpy.isfinite(v).sum() < 4:
             return p
         mean, spread = population.robust_fit(y, v)
-        self.z_of_runs = z = outliers.run_scores(self.x, self.s2, omega2, float(mean), float(spread), self.segment)
+        self.z_of_runs = z = outliers.run_scores(self.x, self.s2, omega2, float(mean), float(spread), self.segment, self.time)
         seen = numpy.isfinite(z)
         p[seen] = outliers.tails(z[seen], degrees) if degrees > 0.0 else normal_tails(z[seen])
         return p
 
     def judge_robots(self, outlying_runs: Array) -> Array:
-        """The probability of each robot, by its runs since its last change but those that stand out."""
+        """The probability of each robot, by its runs since its last step but those that stand out."""
         self.outlying_runs = outlying_runs
         self.z = p = numpy.full(len(self.names), numpy.nan)
         self.omegas = numpy.zeros(1)
         self.y, self.v = numpy.zeros((1, *p.shape)), numpy.full((1, *p.shape), numpy.inf)
         if not self.x.shape[1]:
             return p
-        last = self.segment == self.segment.max(axis=1, keepdims=True)
-        now = numpy.where(last & ~outlying_runs, self.s2, numpy.inf)
-        self.omegas = series.run_spreads(self.x, now)
-        self.y, self.v = map(numpy.stack, zip(*(series.robot_means(self.x, now, omega2) for omega2 in self.omegas)))
+        now = numpy.where(self.last & ~outlying_runs, self.s2, numpy.inf)
+        self.omegas = series.run_spreads(self.x, now, self.time)
+        self.y, self.v = map(numpy.stack, zip(*(series.robot_values(self.x, now, omega2, self.time) for omega2 in self.omegas)))
         middle = len(self.omegas) // 2
         if numpy.isfinite(self.v[middle]).sum() >= 4:
             self.z, p = outliers.robot_scores(self.y[middle], self.v[middle])
@@ -185,7 +190,8 @@ class _Column:
         return TypeParameter(
             self.name, self.some.unit, self.some.nominal, self.names.tolist(), [RobotParameter(*row) for row in rows], fit,
             float(numpy.sqrt(self.omegas[middle])),
-            [(self.names[i], self.having[i][change.first], change) for i, found in self.changes.items() for change in found],
+            [(self.names[i], self.having[i][change.first], change)
+             for i, pieces in self.pieces.items() for change in drift.changes(pieces, self.years[i])],
             [(self.having[i][j], float(self.z_of_runs[i, j])) for i, j in numpy.argwhere(self.outlying_runs)])
 
 
