@@ -117,6 +117,20 @@ describe('the fleet page', () => {
     await page.context().close();
   });
 
+  test('wear is drawn as a line along its runs', async () => {
+    const page = await open(browser, file);
+    await page.getByRole('searchbox').fill('robot_00113');
+    await first(page).click();
+    const own = page.locator('dialog');
+    assert.match(await own.innerText(), /left\.diameter −\d+\.\d* % a year \(± \d+\.?\d* %\) since 2026-01-05/);
+    assert.equal(await own.locator('.changed').count(), 0);
+    const points = (await own.locator('.trend').getAttribute('points')).split(' ').map((point) => point.split(',').map(Number));
+    const circles = await own.locator('figure', { hasText: 'left.diameter' }).locator('circle').evaluateAll((nodes) => nodes.map((node) => ['cx', 'cy'].map((name) => Number(node.getAttribute(name)))));
+    assert.deepEqual(points.map(([x]) => x), circles.map(([x]) => x));
+    assert.ok(points.every(([, y], i) => Math.abs(y - circles[i][1]) < 10), `${points} ${circles}`);
+    await page.context().close();
+  });
+
   test('one click leads to a robot’s own report', async () => {
     const page = await open(browser, file);
     assert.equal(await page.locator('.head button', { hasText: 'Report' }).count(), 0, 'no robot has one');
