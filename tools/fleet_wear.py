@@ -28,6 +28,20 @@ class Row(NamedTuple):
     nominal: float = 1.0
 
 
+def false_alarms(batches: int) -> tuple[int, int, int]:
+    """Of unchanged series of 52 runs in a year, of unequal sigmas and dates: how many there are, have an alarm, and have it told
+    when the year has ended."""
+    rng, size, alarms, in_the_end = numpy.random.Generator(numpy.random.Philox(1)), 10000, 0, 0
+    limit = drift.limit_for(52, drift.FALSE_ALARMS / TESTED)
+    for _ in range(batches):
+        time, variance = numpy.sort(rng.random((size, 52)), axis=1), rng.uniform(0.5, 2.0, (size, 52))
+        x = numpy.sqrt(variance) * rng.standard_normal((size, 52))
+        suspects = numpy.flatnonzero(drift.suspects(x, variance, time, numpy.full(size, limit)))
+        alarms += len(suspects)
+        in_the_end += sum(len(drift.changes(drift.pieces(x[i], variance[i], time[i], limit), time[i])) > 0 for i in suspects)
+    return size * batches, alarms, in_the_end
+
+
 def told(truth: Array, seed: int, trials: int) -> tuple[collections.Counter[str], list[float]]:
     """How often weekly runs known to 0.1 to 0.2 % are told as which pieces, c: constant, t: trend; slopes of single trends."""
     rng, time = numpy.random.Generator(numpy.random.Philox(seed)), WEEK * numpy.arange(len(truth))
@@ -71,6 +85,9 @@ def present_values(wear: float, runs: int, fleets: int, robots: int = 20, worn: 
 
 def main() -> None:
     trials = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
+    series, alarms, in_the_end = false_alarms(max(1, trials // 25))
+    print(f"unchanged: of {series} series {alarms} have an alarm ({100 * alarms / series:.3f} %, stated {100 * drift.FALSE_ALARMS / TESTED:g} %), "
+          f"{in_the_end} in the end")
     for runs in (20, 26, 32, 39, 52, 104):
         kinds, slopes = told(-0.01 * WEEK * numpy.arange(runs), runs, trials)
         print(f"wear of 1 % a year, {runs} weeks: {dict(kinds.most_common(4))}, slope {numpy.mean(slopes) / -0.01:.2f} of the true one")
