@@ -7,12 +7,14 @@ import { makePages } from './pages.mjs';
 
 let browser;
 let pages;
+let demo; // for those who only read
 const loud = (page) => [page.troubles, page.requests];
 const silent = [[], []];
 
 before(async () => {
   pages = makePages();
   browser = await launch();
+  demo = await open(browser, pages.demo);
 });
 after(() => browser?.close());
 
@@ -23,6 +25,14 @@ function look(name, file, options, body) {
     await body(page);
     assert.deepEqual(loud(page), silent);
     await page.context().close();
+  });
+}
+
+// A test that only reads, wherever the page is scrolled to: all of them share one, which takes seconds to open.
+function read(name, body) {
+  test(name, async () => {
+    await body(demo);
+    assert.deepEqual(loud(demo), silent);
   });
 }
 
@@ -68,7 +78,7 @@ describe('the report page', { concurrency: 3 }, () => {
     });
   }
 
-  look('the map shows tracks, landmarks and slips', 'demo', {}, async (page) => {
+  read('the map shows tracks, landmarks and slips', async (page) => {
     const still = page.locator('canvas.still');
     for (const colour of ['reference', 'track-nominal', 'track-corrected', 'track-smoothed', 'landmark', 'slip']) {
       const { coloured } = await pixelsOf(still, colour);
@@ -286,19 +296,19 @@ describe('the report page', { concurrency: 3 }, () => {
     for (const title of ['Residual of each training run', 'Convergence with the number of runs']) assert.ok(!titles.includes(title), title);
   });
 
-  look('one clock, that of the files, and it is named', 'demo', {}, async (page) => {
+  read('one clock, that of the files, and it is named', async (page) => {
     assert.match(await page.locator('.first-screen').innerText(), /Times are the recording’s own stamps/);
     const slips = await page.evaluate(() => JSON.parse(document.getElementById('data').textContent).results[0].slip.events.map((event) => event.start_s));
     const starts = await section(page, 'Slip over time').locator('tbody tr td:first-child').allInnerTexts();
     assert.deepEqual(starts, slips.map((start) => `${start.toFixed(2)} s`));
   });
 
-  look('what covariances are judged by is said', 'demo', {}, async (page) => {
+  read('what covariances are judged by is said', async (page) => {
     assert.match(await section(page, 'Trajectories against the reference').innerText(), /count the noise that recording\.toml states of the reference: 1\.?0* mm/);
     assert.match(await section(page, 'Is the stated uncertainty consistent? (NEES)').innerText(), /judged from where it moves/);
   });
 
-  look('brackets at a NEES mean one thing: what is expected', 'demo', {}, async (page) => {
+  read('brackets at a NEES mean one thing: what is expected', async (page) => {
     const accuracy = section(page, 'Trajectories against the reference');
     assert.match(await accuracy.locator('thead').innerText(), /NEES \(expected\)/);
     for (const cell of await accuracy.locator('td[data-head^=NEES]').allInnerTexts()) assert.match(cell, /^(\d[\d.]* \(3\)|–)$/);
@@ -307,7 +317,7 @@ describe('the report page', { concurrency: 3 }, () => {
     for (const cell of await errors.locator('td[data-head^=NEES]').allInnerTexts()) assert.match(cell, /^(\d[\d.]*|–)$/);
   });
 
-  look('what slip the sensors cannot see stands under its heading', 'demo', {}, async (page) => {
+  read('what slip the sensors cannot see stands under its heading', async (page) => {
     const note = section(page, 'Slip over time').getByRole('note');
     assert.equal(await note.locator('h4').innerText(), 'What these sensors cannot see or tell apart');
     const all = await page.evaluate(() => JSON.parse(document.getElementById('data').textContent).results[0].slip.cannot_see);
@@ -339,7 +349,7 @@ describe('the report page', { concurrency: 3 }, () => {
     assert.equal(await picture(), before);
   });
 
-  look('the correlation has a cell for every pair', 'demo', {}, async (page) => {
+  read('the correlation has a cell for every pair', async (page) => {
     const figure = section(page, 'Correlation of the estimates');
     await figure.scrollIntoViewIfNeeded();
     await drawn(page);
@@ -352,7 +362,7 @@ describe('the report page', { concurrency: 3 }, () => {
     assert.match(await page.locator('.tile', { hasText: 'Track width' }).innerText(), /taking the wheel diameters and the gyro scale as exact/);
   });
 
-  look('a track says nothing of it where all was estimated', 'demo', {}, async (page) => {
+  read('a track says nothing of it where all was estimated', async (page) => {
     assert.doesNotMatch(await page.locator('.tile', { hasText: 'Track width' }).innerText(), /as exact/);
   });
 
