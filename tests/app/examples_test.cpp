@@ -107,6 +107,7 @@ std::string calibrated_on(const Sample& sample, const std::vector<std::string>& 
 constexpr double kFalseAlarm = 0.001;  // of each of the tests below, if the covariances are right
 
 TEST(Examples, CalibrateFindsTheTrueDimensionsWithinItsErrorBars) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   const Sample sample;
   const std::vector<std::string> printed = lines_of(calibrated_on(sample, {"session_01"}));
   const Robot truth = read_robot(kDemo / "session_01/truth.toml");

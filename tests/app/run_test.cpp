@@ -290,6 +290,7 @@ TEST_F(RunCommand, WritesBiasAndStatisticOverTime) {
 
 /// Drawn from what the stages gave, it is the page that `trundle report` draws from their files.
 TEST_F(RunCommand, ThePageIsTheSameFromMemoryAndFromTheFolder) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   const std::string slip = (kDemo / "slip").string(), squares = (kDemo / "session_01").string();
   for (const Arguments& line :
        {Arguments{"run", slip, "--robot", kDemoRobot, "--calibrate-on", squares, "-o", "d"},

@@ -8,6 +8,7 @@
 #include "trundle/io/error.hpp"
 
 #include "calibration/simulated_runs.hpp"
+#include "scale.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -270,6 +271,7 @@ TEST(Calibrate, SetsTheClockOfEachReferenceByItsRun) {
 }
 
 TEST(Calibrate, SetsTheClockOfTheGyroByTheLogs) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   Robot nominal = nominal_differential();
   nominal.chassis.gyro = Gyro{};
   Robot truth = true_differential();
@@ -341,6 +343,7 @@ TEST(Calibrate, FindsTheScaleOfAGyroWhicheverWayItIsMounted) {
 }
 
 TEST(Calibrate, PositionsAloneTellThatAGyroIsUpsideDown) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   Robot nominal = nominal_differential();
   nominal.chassis.gyro = Gyro{.noise_rad_s_sqrt_hz = 1e-3};
   Robot truth = true_differential();

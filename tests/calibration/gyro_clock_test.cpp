@@ -49,7 +49,7 @@ std::vector<Run> prepared_tours(double time_offset_s, std::uint64_t seed, const 
 }
 
 TEST(GyroClock, its_interval_holds_the_truth_as_often_as_it_says) {
-  const int trials = test::trials(10, 2);
+  const int trials = test::trials(10, 1);
   int inside = 0;
   double squares = 0.0;
   for (int trial = 0; trial < trials; ++trial) {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "calibration/simulated_runs.hpp"
+#include "scale.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -35,10 +36,10 @@ std::vector<HeldOutDrive> held_out_drives() {
 class HeldOutPull : public testing::TestWithParam<HeldOutDrive> {};
 
 TEST_P(HeldOutPull, OfARobotWithoutFaultThePullIsWhatChanceMakes) {
-  constexpr int kDraws = 200;
+  const int draws = test::trials(800, 40);
   const HeldOutDrive& driven = GetParam();
   double sum = 0.0, of_squares = 0.0;
-  for (int seed = 1; seed <= kDraws; ++seed) {
+  for (int seed = 1; seed <= draws; ++seed) {
     Scenario scenario = scenario_of(driven.given, driven.truth, driven.path, seed);
     scenario.encoders.rate_hz = driven.encoders_hz;
     scenario.reference.rate_hz = driven.reference_hz;
@@ -50,8 +51,8 @@ TEST_P(HeldOutPull, OfARobotWithoutFaultThePullIsWhatChanceMakes) {
     of_squares += pull * pull;
   }
   // Of so many standard normals: 4 sigmas of the mean, and of the mean square.
-  EXPECT_NEAR(sum / kDraws, 0.0, 4.0 / std::sqrt(kDraws));
-  EXPECT_NEAR(of_squares / kDraws, 1.0, 4.0 * std::sqrt(2.0 / kDraws));
+  EXPECT_NEAR(sum / draws, 0.0, 4.0 / std::sqrt(draws));
+  EXPECT_NEAR(of_squares / draws, 1.0, 4.0 * std::sqrt(2.0 / draws));
 }
 
 INSTANTIATE_TEST_SUITE_P(Drives, HeldOutPull, testing::ValuesIn(held_out_drives()));

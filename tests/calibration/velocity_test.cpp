@@ -114,7 +114,7 @@ TEST(VelocityCalibration, TheTableOfRelativeMotionsSaysWhatTheMotionsSayOneByOne
 // With the parameters taken as exact the second drive's error would be several of its sigmas.
 TEST(VelocityCalibration, GivesOdometryTheUncertaintyOfTheParameters) {
   double nees = 0.0, exact = 0.0;
-  const int seeds = test::trials(60, 8);
+  const int seeds = test::trials(60, 4);
   for (int seed = 1; seed <= seeds; ++seed) {
     const auto s = static_cast<std::uint64_t>(seed);
     const Robot truth = true_velocity(s);
