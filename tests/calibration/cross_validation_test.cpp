@@ -98,7 +98,9 @@ TEST(CrossValidation, WhatIsRefusedTakesAlongWhatIsEstimatedBesideIt) {
   Runs runs = prepared(nominal, true_differential(), differential_paths(), 5);
   CalibrationProblem problem{runs, nominal, {{ParameterKind::diameter, 0}, {ParameterKind::diameter, 1}}};
   const Estimate estimate = estimate_parameters(problem);
-  const Eigen::MatrixXd covariance = covariance_from(std::span(&track, 1), problem, estimate);
+  const double off_m = 0.01;
+  const Eigen::MatrixXd covariance = covariance_from(
+      std::span(&track, 1), Eigen::MatrixXd::Constant(1, 1, off_m * off_m), problem, estimate);
   const double wider_m = 0.002 * value_of(track, nominal);
   set_value(track, value_of(track, nominal) + wider_m, problem.nominal);
   const Estimate with_wider = estimate_parameters(problem);
@@ -107,8 +109,26 @@ TEST(CrossValidation, WhatIsRefusedTakesAlongWhatIsEstimatedBesideIt) {
     const Parameter& diameter = problem.parameters[static_cast<std::size_t>(i)];
     follows[i] = (value_of(diameter, with_wider.robot) - value_of(diameter, estimate.robot)) / wider_m;
   }
-  const Eigen::Matrix2d expected = std::pow(prior_sigma(track, nominal), 2) * follows * follows.transpose();
+  const Eigen::Matrix2d expected = off_m * off_m * follows * follows.transpose();
   EXPECT_TRUE(covariance.isApprox(expected, 0.05)) << covariance << "\nand by moving it\n" << expected;
+}
+
+/// The track given is off by what the runs say; one of twice the size is off by more than given may be.
+TEST(CrossValidation, WhatStaysAsGivenIsAsWrongAsTheRunsSayAndAsItMayBe) {
+  const Robot truth = true_differential();
+  Robot given = nominal_differential();
+  Runs runs = prepared(given, truth, differential_paths(), 5);
+  const Parameter track{ParameterKind::track, -1};
+  const double off_m = value_of(track, given) - value_of(track, truth);
+  const CalibrationProblem problem{
+      runs, given, {{ParameterKind::diameter, 0}, {ParameterKind::diameter, 1}, track}};
+  const Eigen::MatrixXd error = error_as_given(problem, estimate_parameters(problem));
+  EXPECT_NEAR(std::sqrt(error(2, 2)), std::abs(off_m), 0.1 * std::abs(off_m));
+
+  set_value(track, 2.0 * value_of(track, truth), given);
+  const CalibrationProblem far{runs, given, problem.parameters};
+  EXPECT_NEAR(std::sqrt(error_as_given(far, estimate_parameters(far))(2, 2)), prior_sigma(track, given),
+              1e-9);
 }
 
 /// A car with a gyro, as its file has it but for the zero of its steering.

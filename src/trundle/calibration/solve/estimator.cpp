@@ -185,8 +185,21 @@ Estimate estimate_parameters(const CalibrationProblem& problem) {
   return estimate;
 }
 
-Eigen::MatrixXd covariance_from(std::span<const Parameter> given, const CalibrationProblem& problem,
-                                const Estimate& estimate) {
+Eigen::MatrixXd error_as_given(const CalibrationProblem& problem, const Estimate& estimate) {
+  Eigen::VectorXd change(problem.size());
+  for (Eigen::Index j = 0; j < problem.size(); ++j) {
+    const Parameter& parameter = problem.parameters[static_cast<std::size_t>(j)];
+    change[j] = value_of(parameter, estimate.robot) - value_of(parameter, problem.nominal);
+  }
+  const Eigen::MatrixXd second_moment =
+      estimate.covariance + estimate.held_covariance + change * change.transpose();
+  const Eigen::VectorXd possible = prior_covariance(problem.parameters, problem.nominal).diagonal();
+  const Eigen::VectorXd smaller = (possible.array() / second_moment.diagonal().array()).min(1.0).sqrt();
+  return smaller.asDiagonal() * second_moment * smaller.asDiagonal();
+}
+
+Eigen::MatrixXd covariance_from(std::span<const Parameter> given, const Eigen::MatrixXd& error_as_given,
+                                const CalibrationProblem& problem, const Estimate& estimate) {
   CalibrationProblem all = problem;
   all.parameters.insert(all.parameters.end(), given.begin(), given.end());
   Likelihood likelihood = likelihood_of(all);
@@ -200,7 +213,7 @@ Eigen::MatrixXd covariance_from(std::span<const Parameter> given, const Calibrat
   const Eigen::Index n = problem.size();
   const Eigen::MatrixXd taken_along = constrained_inverse(information.topLeftCorner(n, n), estimate.space) *
                                       information.topRightCorner(n, all.size() - n);
-  return congruent(prior_covariance(given, problem.nominal), Eigen::MatrixXd(taken_along.transpose()));
+  return congruent(error_as_given, Eigen::MatrixXd(taken_along.transpose()));
 }
 
 }  // namespace trundle::calibration

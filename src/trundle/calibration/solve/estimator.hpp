@@ -33,10 +33,15 @@ struct Estimate {
 /// weights of outlying runs are found in between. docs/theory/calibration.md.
 [[nodiscard]] Estimate estimate_parameters(const CalibrationProblem& problem);
 
+/// How wrong the robot as given is by what was estimated of it: E[(p − given)(p − given)ᵀ], each parameter at
+/// most as wrong as given may be (prior_covariance()). In the parameters' own units.
+[[nodiscard]] Eigen::MatrixXd error_as_given(const CalibrationProblem& problem, const Estimate& estimate);
+
 /// The covariance of what was estimated that comes from parameters that stay as given, for they do not hold
-/// beyond the runs: each is as wrong as given may be, and takes along what was estimated beside it. In the
-/// parameters' own units; to be added. docs/theory/calibration-uncertainty.md.
+/// beyond the runs: they are off by `error_as_given`, and take along what was estimated beside them. In the
+/// parameters' own units; to be added. docs/theory/calibration-uncertainty.md, eq. 16.
 [[nodiscard]] Eigen::MatrixXd covariance_from(std::span<const Parameter> given,
+                                              const Eigen::MatrixXd& error_as_given,
                                               const CalibrationProblem& problem, const Estimate& estimate);
 
 }  // namespace trundle::calibration

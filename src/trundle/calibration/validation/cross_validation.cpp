@@ -49,6 +49,12 @@ Robot robot_with(const Robot& robot, std::span<const Parameter> parameters, cons
   return changed;
 }
 
+std::vector<Eigen::Index> indices_of(std::span<const Parameter> some, std::span<const Parameter> all) {
+  std::vector<Eigen::Index> indices;
+  for (const Parameter& parameter : some) indices.push_back(std::ranges::find(all, parameter) - all.begin());
+  return indices;
+}
+
 /// Those that may be refused for runs that came out worse: all, where that is more than chance; else those of
 /// which the runs themselves do not say, by more than chance, that they are not as given.
 std::vector<Parameter> refusable(const ValidatedEstimate& found, const Robot& nominal) {
@@ -126,6 +132,7 @@ ValidatedEstimate estimate_what_holds(const CalibrationProblem& problem) {
   if (best.estimate.space.basis.cols() == 0) return best;
   best.validation = cross_validate(problem, best.estimate);
   best.before = best.validation;
+  const Eigen::MatrixXd error = error_as_given(problem, best.estimate);
   std::optional<ValidatedEstimate> not_refuted;
   while (best.validation && best.validation->is_worse() && !best.parameters.empty()) {
     if (!not_refuted && !best.validation->is_refuted()) not_refuted = best;
@@ -160,7 +167,9 @@ ValidatedEstimate estimate_what_holds(const CalibrationProblem& problem) {
   } else if (!best.parameters.empty()) {
     CalibrationProblem held = problem;
     held.parameters = best.parameters;
-    best.estimate.held_covariance += covariance_from(best.refused, held, best.estimate);
+    const std::vector<Eigen::Index> refused = indices_of(best.refused, problem.parameters);
+    best.estimate.held_covariance +=
+        covariance_from(best.refused, error(refused, refused), held, best.estimate);
   }
   return best;
 }
