@@ -4,6 +4,13 @@
 
 namespace trundle::calibration {
 
+Eigen::VectorXd values_of(const Robot& robot, std::span<const Parameter> parameters) {
+  Eigen::VectorXd values(static_cast<Eigen::Index>(parameters.size()));
+  for (std::size_t j = 0; j < parameters.size(); ++j)
+    values[static_cast<Eigen::Index>(j)] = value_of(parameters[j], robot);
+  return values;
+}
+
 Eigen::VectorXd prior_sigmas(std::span<const Parameter> parameters, const Robot& nominal) {
   Eigen::VectorXd sigmas(static_cast<Eigen::Index>(parameters.size()));
   for (std::size_t j = 0; j < parameters.size(); ++j)

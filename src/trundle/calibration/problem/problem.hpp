@@ -22,6 +22,9 @@ struct CalibrationProblem {
   Eigen::Index size() const { return static_cast<Eigen::Index>(parameters.size()); }
 };
 
+/// Of a robot, in their own units.
+[[nodiscard]] Eigen::VectorXd values_of(const Robot& robot, std::span<const Parameter> parameters);
+
 /// 1σ of each parameter's prior: how far from nominal it may plausibly be.
 [[nodiscard]] Eigen::VectorXd prior_sigmas(std::span<const Parameter> parameters, const Robot& nominal);
 

@@ -186,11 +186,8 @@ Estimate estimate_parameters(const CalibrationProblem& problem) {
 }
 
 Eigen::MatrixXd error_as_given(const CalibrationProblem& problem, const Estimate& estimate) {
-  Eigen::VectorXd change(problem.size());
-  for (Eigen::Index j = 0; j < problem.size(); ++j) {
-    const Parameter& parameter = problem.parameters[static_cast<std::size_t>(j)];
-    change[j] = value_of(parameter, estimate.robot) - value_of(parameter, problem.nominal);
-  }
+  const Eigen::VectorXd change =
+      values_of(estimate.robot, problem.parameters) - values_of(problem.nominal, problem.parameters);
   const Eigen::MatrixXd second_moment =
       estimate.covariance + estimate.held_covariance + change * change.transpose();
   const Eigen::VectorXd possible = prior_covariance(problem.parameters, problem.nominal).diagonal();

@@ -4,13 +4,6 @@
 
 namespace trundle::calibration {
 
-Eigen::VectorXd values_of(const Robot& robot, std::span<const Parameter> parameters) {
-  Eigen::VectorXd values(static_cast<Eigen::Index>(parameters.size()));
-  for (std::size_t j = 0; j < parameters.size(); ++j)
-    values[static_cast<Eigen::Index>(j)] = value_of(parameters[j], robot);
-  return values;
-}
-
 RunSteps::RunSteps(const Estimate& estimate, const Robot& nominal, std::span<const Parameter> parameters)
     : estimate_(values_of(estimate.robot, parameters)),
       basis_(estimate.space.scale.asDiagonal() * estimate.space.basis),

@@ -34,7 +34,4 @@ class RunSteps {
   double dispersion_;
 };
 
-/// Of a robot, in their own units.
-[[nodiscard]] Eigen::VectorXd values_of(const Robot& robot, std::span<const Parameter> parameters);
-
 }  // namespace trundle::calibration

@@ -24,11 +24,7 @@ bool observes_as_much(const EstimableSpace& one, const EstimableSpace& all) {
 }
 
 SessionEstimate estimate_of(const Estimate& estimate, std::span<const Parameter> parameters) {
-  SessionEstimate result{Eigen::VectorXd(static_cast<Eigen::Index>(parameters.size())),
-                         estimate.covariance.diagonal().cwiseMax(0.0).cwiseSqrt()};
-  for (std::size_t j = 0; j < parameters.size(); ++j)
-    result.value[static_cast<Eigen::Index>(j)] = value_of(parameters[j], estimate.robot);
-  return result;
+  return {values_of(estimate.robot, parameters), estimate.covariance.diagonal().cwiseMax(0.0).cwiseSqrt()};
 }
 
 struct MeanAndCovariance {
