@@ -7,6 +7,7 @@
 
 #include "trundle/calibration/calibrate.hpp"
 #include "trundle/calibration/solve/observability.hpp"
+#include "trundle/odometry/uncertain.hpp"
 #include "trundle/statistics/distribution.hpp"
 #include "trundle/statistics/random.hpp"
 
@@ -113,6 +114,18 @@ TEST(HeldCovariance, IsWhatRobotsDrawnFromThePriorAreOffBy) {
   EXPECT_LT(squares, chi_squared_limit(kChance, robots));
   EXPECT_GT(squares, chi_squared_limit(1.0 - kChance, robots));
   EXPECT_LT(beside, chi_squared_limit(kChance, robots));
+}
+
+/// Driving straight on shows no track: odometry goes on with one of ± 20 %.
+TEST(HeldCovariance, IsPartOfWhatOdometryCarriesAlong) {
+  const Robot nominal = nominal_differential();
+  const Parameter track{ParameterKind::track, -1};
+  const CalibrationResult result = calibrate(
+      recorded(nominal, nominal, {simulation::straight(4.0), simulation::straight(4.0)}, 6), {}, nominal);
+  const auto uncertain = odometry::uncertain_parameters(result.calibrated, false);
+  const auto at = std::ranges::find(uncertain.parameters, track) - uncertain.parameters.begin();
+  ASSERT_LT(at, std::ssize(uncertain.parameters));
+  EXPECT_NEAR(std::sqrt(uncertain.covariance(at, at)), prior_sigma(track, nominal), 1e-9);
 }
 
 /// What a robot file's calibration says of a parameter is what is known of it.

@@ -58,10 +58,14 @@ CalibrationRecord any_record(const Robot& robot) {
     if (*rc::gen::arbitrary<bool>()) calibrated.sigma_between = *uniform(0, 1);
     record.parameters.push_back(calibrated);
   }
-  const auto n = std::ranges::count(record.parameters, true, &CalibratedParameter::observable);
+  const auto n = std::ssize(record.parameters);
   Eigen::MatrixXd A(n, n);
   for (double& a : A.reshaped()) a = *uniform(-1e-3, 1e-3);
+  for (Eigen::Index i = 0; i < n; ++i)  // of what stays as given some may be wrong, and some is exact
+    if (!record.parameters[static_cast<std::size_t>(i)].observable && *rc::gen::arbitrary<bool>())
+      A.row(i).setZero();
   record.covariance = A * A.transpose();
+  if (record.uncertain().empty()) record.covariance.resize(0, 0);
   ErrorBeforeAfter error{.what = "position rms over \"free\"\\1\n\u00e9\t", .unit = "m"};
   randomise(kError, error);
   record.errors = {error, error};

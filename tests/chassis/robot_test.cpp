@@ -262,12 +262,13 @@ TEST(Robot, sections_are_written_in_the_order_of_the_documentation) {
 
 // --- [calibration]
 
-CalibrationRecord record_of(bool second_observable) {
+/// Where the second is not observable, its covariance says how wrong it may be as given; without, nothing.
+CalibrationRecord record_of(bool second_observable, bool second_uncertain = true) {
   CalibrationRecord record;
   record.parameters = {{"w0.diameter", "m", 0.151, 0.15, 1e-4, 2e-4, true},
                        {"track", "m", 0.41, 0.4, 1e-3, std::nullopt, second_observable}};
-  record.covariance =
-      second_observable ? Eigen::MatrixXd{{5e-8, 1e-8}, {1e-8, 1e-6}} : Eigen::MatrixXd{{5e-8}};
+  record.covariance = second_uncertain ? Eigen::MatrixXd{{5e-8, 1e-8}, {1e-8, 1e-6}}
+                                       : Eigen::MatrixXd{{5e-8, 0.0}, {0.0, 0.0}};
   record.errors = {{"position rms, held out", 0.12, 0.013, "m"}};
   record.provenance = {"trundle: 0.1.0"};
   return record;
@@ -279,6 +280,15 @@ TEST(Robot, a_calibration_is_read_as_it_was_written) {
     robot.calibration = record_of(second_observable);
     EXPECT_TRUE(same(parse_robot(to_toml(robot), "robot.toml"), robot)) << to_toml(robot);
   }
+}
+
+TEST(Robot, of_a_parameter_that_stays_as_given_a_calibration_need_not_say_how_wrong_it_is) {
+  Robot robot = test::robot_of(differential_drive(test::kSize, 0.4));
+  robot.calibration = record_of(false, false);
+  EXPECT_EQ(robot.calibration->uncertain(), std::vector<Eigen::Index>{0});
+  const std::string text = to_toml(robot);
+  EXPECT_NE(text.find("covariance_of = [\n  \"w0.diameter\",\n]"), std::string::npos) << text;
+  EXPECT_TRUE(same(parse_robot(text, "robot.toml"), robot)) << text;
 }
 
 TEST(Robot, a_parameter_the_runs_say_nothing_about_may_have_an_infinite_sigma) {

@@ -99,10 +99,10 @@ TEST(Sensitivity, MakesTheSecondPartOfTheCovariance) {
   const auto increments = test::wandering(robot, 100);
   const std::vector<Parameter> parameters = {{ParameterKind::diameter, 1}, {ParameterKind::track, -1}};
   const Matrix2 covariance = (Matrix2() << 1e-6, 2e-7, 2e-7, 4e-6).finished();
-  robot.calibration = test::calibrated({"w1.diameter", "track"}, covariance);
-  CalibratedParameter held;
-  held.name = "w0.diameter";
-  robot.calibration->parameters.insert(robot.calibration->parameters.begin(), held);
+  Matrix3 with_exact = Matrix3::Zero();  // a diameter that stays as given and is not in doubt
+  with_exact.bottomRightCorner<2, 2>() = covariance;
+  robot.calibration = test::calibrated({"w0.diameter", "w1.diameter", "track"}, with_exact);
+  robot.calibration->parameters.front().observable = false;
 
   const IntegratedOdometry result = integrate(test::aligned(increments), robot);
   Odometer odometer(robot, {.parameters = parameters});

@@ -113,7 +113,7 @@ TEST(SlipOdometer, TheBiasStartsAsTheDataSheetSaysOrTenTimesAsFarAsSessionsDiffe
   };
   robot.calibration->parameters = {parameter("track", {}, true), parameter("gyro.scale", {}, false),
                                    parameter("gyro.bias", 0.003, true)};
-  robot.calibration->covariance = Eigen::Vector2d(1e-6, 4e-6).asDiagonal();
+  robot.calibration->covariance = Eigen::Vector3d(1e-6, 0.0, 4e-6).asDiagonal();
   const double data_sheet = robot.chassis.gyro->bias_sigma_rad_s;
   const auto sigma = [&] {
     return std::sqrt(SlipOdometer(robot, learning()).odometer().gyro_bias().variance);

@@ -107,15 +107,33 @@ void check_covariance(const Section& section, const toml::node& node, const Eige
          "a positive semidefinite matrix");
 }
 
-/// Of the observable parameters; the file repeats their names so that a person can read the matrix.
-Eigen::MatrixXd read_covariance(const Section& section, const std::vector<std::string>& observable) {
-  const auto expected =
-      fmt::format("the observable parameters in their order: {}", fmt::join(observable, ", "));
-  if (texts(section, "covariance_of") != observable) {
-    const toml::node& names = required(section, "covariance_of", expected);
-    fail(section.source, names.source(), in(section, "covariance_of names others"), expected);
+/// Which parameters the covariance in the file is of: all observable ones, and of the others those that may
+/// be wrong as given.
+std::vector<Eigen::Index> covered(const Section& section, const CalibrationRecord& record) {
+  const std::vector<std::string> names = texts(section, "covariance_of");
+  const auto is_named = [&](const std::string& name) {
+    return std::ranges::find(names, name) != names.end();
+  };
+  std::vector<Eigen::Index> indices;
+  std::vector<std::string> in_order, observable;
+  for (std::size_t i = 0; i < record.parameters.size(); ++i) {
+    const CalibratedParameter& parameter = record.parameters[i];
+    if (parameter.observable) observable.push_back(parameter.name);
+    if (!is_named(parameter.name)) continue;
+    indices.push_back(static_cast<Eigen::Index>(i));
+    in_order.push_back(parameter.name);
   }
-  const auto n = static_cast<Eigen::Index>(observable.size());
+  if (names == in_order && std::ranges::all_of(observable, is_named)) return indices;
+  const auto expected = fmt::format("parameters in their order, among them the observable ones: {}",
+                                    fmt::join(observable, ", "));
+  const toml::node& node = required(section, "covariance_of", expected);
+  fail(section.source, node.source(), in(section, "covariance_of names others"), expected);
+}
+
+/// Of all parameters, zero where the file has none; it repeats their names so that a person can read it.
+Eigen::MatrixXd read_covariance(const Section& section, const CalibrationRecord& record) {
+  const std::vector<Eigen::Index> indices = covered(section, record);
+  const auto n = std::ssize(indices);
   if (n == 0 && !section.table.contains("covariance")) return {};
   const std::string words = fmt::format("an array of {} arrays of {} numbers", n, n);
   const toml::node& node = required(section, "covariance", words);
@@ -126,7 +144,10 @@ Eigen::MatrixXd read_covariance(const Section& section, const std::vector<std::s
   for (Eigen::Index row = 0; row < n; ++row)
     read_row(section, (*rows)[static_cast<std::size_t>(row)], row, covariance);
   if (n > 0) check_covariance(section, node, covariance);
-  return covariance;
+  const auto all = std::ssize(record.parameters);
+  Eigen::MatrixXd of_all = Eigen::MatrixXd::Zero(all, all);
+  of_all(indices, indices) = covariance;
+  return of_all;
 }
 
 }  // namespace
@@ -138,10 +159,7 @@ CalibrationRecord read_calibration(const Section& section, const Robot& robot) {
   CalibrationRecord record;
   record.provenance = texts(section, "provenance");
   record.parameters = read_parameters(section, robot);
-  std::vector<std::string> observable;
-  for (const CalibratedParameter& parameter : record.parameters)
-    if (parameter.observable) observable.push_back(parameter.name);
-  record.covariance = read_covariance(section, observable);
+  record.covariance = read_covariance(section, record);
   for (const Section& error : tables(section, "error", "[[calibration.error]]"))
     record.errors.push_back(read_error(error));
   return record;

@@ -177,6 +177,15 @@ Robot read(const Section& file) {
 
 }  // namespace
 
+std::vector<Eigen::Index> CalibrationRecord::uncertain() const {
+  std::vector<Eigen::Index> indices;
+  for (Eigen::Index i = 0; i < std::ssize(parameters); ++i)
+    if (parameters[static_cast<std::size_t>(i)].observable ||
+        (i < covariance.rows() && covariance(i, i) > 0.0))
+      indices.push_back(i);
+  return indices;
+}
+
 std::string place_of(const Robot& robot) {
   if (!robot.file.empty()) return robot.file;
   return robot.name.empty() ? "robot" : fmt::format("robot '{}'", robot.name);

@@ -38,9 +38,10 @@ struct CalibratedParameter {
   std::string unit;
   double value = 0.0;
   double nominal = 0.0;
-  double sigma_within = 0.0;            ///< from the noise of the runs alone
-  std::optional<double> sigma_between;  ///< session to session; nothing: unknown, fewer than two sessions
-  bool observable = false;              ///< false: held at nominal
+  double sigma_within = 0.0;  ///< from the noise of the runs alone
+  std::optional<double> sigma_between =
+      {};                   ///< session to session; nothing: unknown, fewer than two sessions
+  bool observable = false;  ///< false: stays as given
 };
 
 /// An error before and after, e.g. start-aligned position rms over the hold-out runs.
@@ -54,10 +55,15 @@ struct ErrorBeforeAfter {
 /// The [calibration] table of a robot file.
 struct CalibrationRecord {
   std::vector<CalibratedParameter> parameters;
-  /// Of the observable parameters in their order, between-session spread included where it is known.
+  /// Of all parameters in their order, between-session spread included where it is known; zero rows of those
+  /// of which it says nothing.
   Eigen::MatrixXd covariance;
   std::vector<ErrorBeforeAfter> errors;
   std::vector<std::string> provenance;  ///< "key: value" lines: version, inputs with SHA-256, options
+
+  /// Indices of the parameters that the covariance covers: what was estimated, and what stays as given but
+  /// may be wrong.
+  [[nodiscard]] std::vector<Eigen::Index> uncertain() const;
 };
 
 /// A robot file: the chassis, the names of its wheels, what else is mounted on it.

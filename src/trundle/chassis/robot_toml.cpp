@@ -115,16 +115,16 @@ void write_texts(std::string& out, std::string_view key, const std::vector<std::
 }
 
 void write_covariance(std::string& out, const CalibrationRecord& record) {
+  const std::vector<Eigen::Index> uncertain = record.uncertain();
+  if (uncertain.empty()) return;
   std::vector<std::string> names;
-  for (const CalibratedParameter& parameter : record.parameters)
-    if (parameter.observable) names.push_back(parameter.name);
-  if (names.empty()) return;
+  for (const Eigen::Index i : uncertain) names.push_back(record.parameters[static_cast<std::size_t>(i)].name);
   write_texts(out, "covariance_of", names);
   out += "covariance = [\n";
-  for (Eigen::Index row = 0; row < record.covariance.rows(); ++row) {
+  for (const Eigen::Index row : uncertain) {
     out += "  [";
-    for (Eigen::Index column = 0; column < record.covariance.cols(); ++column)
-      out += (column == 0 ? "" : ", ") + number_text(record.covariance(row, column));
+    for (const Eigen::Index column : uncertain)
+      out += (column == uncertain.front() ? "" : ", ") + number_text(record.covariance(row, column));
     out += "],\n";
   }
   out += "]\n";

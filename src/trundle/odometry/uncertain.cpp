@@ -11,15 +11,17 @@
 namespace trundle::odometry {
 namespace {
 
-Eigen::MatrixXd covariance_of(const Robot& robot, std::size_t parameters) {
-  if (parameters == 0) return {};
+Eigen::MatrixXd covariance_of(const Robot& robot) {
+  if (!robot.calibration) return {};
+  const std::vector<Eigen::Index> uncertain = robot.calibration->uncertain();
+  if (uncertain.empty()) return {};
   const Eigen::MatrixXd& covariance = robot.calibration->covariance;
-  const auto n = static_cast<Eigen::Index>(parameters);
-  if (covariance.rows() == n && covariance.cols() == n) return covariance;
+  const auto n = std::ssize(robot.calibration->parameters);
+  if (covariance.rows() == n && covariance.cols() == n) return covariance(uncertain, uncertain);
   throw InputError(
       place_of(robot),
       fmt::format("the covariance of [calibration] is {}×{}", covariance.rows(), covariance.cols()),
-      fmt::format("{}×{}, one row for each observable parameter", n, n));
+      fmt::format("{}×{}, one row for each parameter", n, n));
 }
 
 void remove(Eigen::Index index, Eigen::MatrixXd& covariance) {
@@ -43,11 +45,11 @@ void make_bias_a_state(UncertainParameters& uncertain) {
 std::vector<Parameter> calibrated_parameters(const Robot& robot) {
   std::vector<Parameter> parameters;
   if (!robot.calibration) return parameters;
-  for (const CalibratedParameter& calibrated : robot.calibration->parameters) {
-    if (!calibrated.observable) continue;
-    const auto parameter = parameter_named(calibrated.name, robot);
+  for (const Eigen::Index i : robot.calibration->uncertain()) {
+    const std::string& name = robot.calibration->parameters[static_cast<std::size_t>(i)].name;
+    const auto parameter = parameter_named(name, robot);
     if (!parameter)
-      throw InputError(place_of(robot), fmt::format("[calibration] names '{}'", calibrated.name),
+      throw InputError(place_of(robot), fmt::format("[calibration] names '{}'", name),
                        "a parameter that this robot has");
     parameters.push_back(*parameter);
   }
@@ -55,8 +57,7 @@ std::vector<Parameter> calibrated_parameters(const Robot& robot) {
 }
 
 UncertainParameters uncertain_parameters(const Robot& robot, bool learn_gyro_bias) {
-  UncertainParameters uncertain{calibrated_parameters(robot), {}};
-  uncertain.covariance = covariance_of(robot, uncertain.parameters.size());
+  UncertainParameters uncertain{calibrated_parameters(robot), covariance_of(robot)};
   if (learn_gyro_bias) make_bias_a_state(uncertain);
   return uncertain;
 }

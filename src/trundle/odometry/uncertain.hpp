@@ -8,7 +8,7 @@
 
 namespace trundle::odometry {
 
-/// The parameters that a calibration gives a covariance of, in its order.
+/// The parameters that a calibration gives a covariance of, in its order. Throws InputError.
 [[nodiscard]] std::vector<Parameter> calibrated_parameters(const Robot& robot);
 
 /// The parameters whose uncertainty an odometer carries along, and their covariance.

@@ -195,8 +195,8 @@ Eigen::MatrixXd error_as_given(const CalibrationProblem& problem, const Estimate
   return smaller.asDiagonal() * second_moment * smaller.asDiagonal();
 }
 
-Eigen::MatrixXd covariance_from(std::span<const Parameter> given, const Eigen::MatrixXd& error_as_given,
-                                const CalibrationProblem& problem, const Estimate& estimate) {
+Eigen::MatrixXd taken_along(std::span<const Parameter> given, const CalibrationProblem& problem,
+                            const Estimate& estimate) {
   CalibrationProblem all = problem;
   all.parameters.insert(all.parameters.end(), given.begin(), given.end());
   Likelihood likelihood = likelihood_of(all);
@@ -208,9 +208,8 @@ Eigen::MatrixXd covariance_from(std::span<const Parameter> given, const Eigen::M
   set_own_parameters(estimate.robot, likelihood);
   const Eigen::MatrixXd information = total_information(likelihood, estimate.robot).matrix;
   const Eigen::Index n = problem.size();
-  const Eigen::MatrixXd taken_along = constrained_inverse(information.topLeftCorner(n, n), estimate.space) *
-                                      information.topRightCorner(n, all.size() - n);
-  return congruent(error_as_given, Eigen::MatrixXd(taken_along.transpose()));
+  return -constrained_inverse(information.topLeftCorner(n, n), estimate.space) *
+         information.topRightCorner(n, all.size() - n);
 }
 
 }  // namespace trundle::calibration

@@ -37,11 +37,9 @@ struct Estimate {
 /// most as wrong as given may be (prior_covariance()). In the parameters' own units.
 [[nodiscard]] Eigen::MatrixXd error_as_given(const CalibrationProblem& problem, const Estimate& estimate);
 
-/// The covariance of what was estimated that comes from parameters that stay as given, for they do not hold
-/// beyond the runs: they are off by `error_as_given`, and take along what was estimated beside them. In the
-/// parameters' own units; to be added. docs/theory/calibration-uncertainty.md, eq. 16.
-[[nodiscard]] Eigen::MatrixXd covariance_from(std::span<const Parameter> given,
-                                              const Eigen::MatrixXd& error_as_given,
-                                              const CalibrationProblem& problem, const Estimate& estimate);
+/// D: by how much what was estimated is off for each unit that `given` parameters, which stay as they are,
+/// are off. Rows: the problem's parameters; columns: given; in their own units.
+[[nodiscard]] Eigen::MatrixXd taken_along(std::span<const Parameter> given, const CalibrationProblem& problem,
+                                          const Estimate& estimate);
 
 }  // namespace trundle::calibration

@@ -79,12 +79,14 @@ std::vector<ParameterEstimate> parameter_estimates(const Estimate& estimate, con
   return result;
 }
 
-CalibrationRecord record_of(const CalibrationResult& result, const Estimate& estimate) {
+/// `covariance`: of all parameters, estimated or not.
+CalibrationRecord record_of(const CalibrationResult& result, Eigen::MatrixXd covariance,
+                            const Estimate& estimate) {
   CalibrationRecord record;
   for (const ParameterEstimate& e : result.parameters)
     record.parameters.push_back(
         {e.name, e.unit, e.value, e.nominal, e.sigma_within, e.sigma_between, e.observable});
-  record.covariance = result.covariance_total;
+  record.covariance = std::move(covariance);
   if (estimate.noise.from_runs)
     record.provenance.push_back(
         fmt::format("noise.wheel_per_sqrt_m {:.3g} measured against the references of the runs",
@@ -264,7 +266,8 @@ CalibrationResult result_of(const Estimate& estimate, const SessionSpread& sprea
   require_determined(result.parameters);
   const std::vector<Eigen::Index> estimated = estimated_of(estimate);
   result.covariance_within = estimate.covariance(estimated, estimated);
-  result.covariance_total = total_covariance(estimate, spread, parameters)(estimated, estimated);
+  Eigen::MatrixXd total = total_covariance(estimate, spread, parameters);
+  result.covariance_total = total(estimated, estimated);
   result.directions = estimate.space.directions;
   for (const HeldCombination& held : estimate.space.held) {
     std::string words = words_for(held, parameters, nominal, estimate.measures_length);
@@ -275,7 +278,7 @@ CalibrationResult result_of(const Estimate& estimate, const SessionSpread& sprea
     result.warnings.push_back(fmt::format(
         "optimizer stopped after {} iterations: largest last step {:.2g} σ, in {}", descent.iterations,
         descent.last_step, name_of(parameters[static_cast<std::size_t>(descent.parameter)], nominal)));
-  result.calibrated.calibration = record_of(result, estimate);
+  result.calibrated.calibration = record_of(result, std::move(total), estimate);
   return result;
 }
 

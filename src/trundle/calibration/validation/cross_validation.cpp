@@ -168,8 +168,10 @@ ValidatedEstimate estimate_what_holds(const CalibrationProblem& problem) {
     CalibrationProblem held = problem;
     held.parameters = best.parameters;
     const std::vector<Eigen::Index> refused = indices_of(best.refused, problem.parameters);
-    best.estimate.held_covariance +=
-        covariance_from(best.refused, error(refused, refused), held, best.estimate);
+    const Eigen::MatrixXd D = taken_along(best.refused, held, best.estimate);
+    best.refused_covariance = error(refused, refused);
+    best.cross_covariance = D * best.refused_covariance;
+    best.estimate.held_covariance += best.cross_covariance * D.transpose();
   }
   return best;
 }

@@ -80,8 +80,9 @@ IntegratedOdometry odometry_from_start(const Run& run, const Robot& robot, const
 /// The robot as it was in a run whose own gyro bias is known apart from that of others.
 Robot in_run(Robot robot, const std::optional<GyroBias>& own) {
   if (!own || !robot.calibration) return robot;
-  const std::vector<Parameter> parameters = calibrated_parameters(robot);
-  const auto at = std::ranges::find(parameters, kGyroBias) - parameters.begin();
+  const auto& parameters = robot.calibration->parameters;
+  const auto at = std::ranges::find(parameters, name_of(kGyroBias, robot), &CalibratedParameter::name) -
+                  parameters.begin();
   Eigen::MatrixXd& covariance = robot.calibration->covariance;
   if (at >= covariance.rows()) return robot;
   covariance.row(at).setZero();
