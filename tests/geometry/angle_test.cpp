@@ -1,5 +1,8 @@
 #include "trundle/geometry/angle.hpp"
 
+#include <bit>
+#include <cstdint>
+
 #include <gtest/gtest.h>
 
 #include "geometry/twists.hpp"
@@ -72,6 +75,10 @@ TEST(Angle, wraps_into_half_open_interval) {
   EXPECT_EQ(wrap_angle(-kPi), kPi);
   EXPECT_EQ(wrap_angle(3 * kPi), kPi);
   EXPECT_LT(wrap_angle(std::nextafter(kPi, 4.0)), 0.0);
+  for (const double angle : {std::nextafter(-kPi, 0.0), -1.0, -0.0, 1e-310, 3.0, kPi})
+    EXPECT_EQ(std::bit_cast<std::uint64_t>(wrap_angle(angle)),
+              std::bit_cast<std::uint64_t>(std::remainder(angle, 2.0 * kPi)))
+        << angle;
   EXPECT_DOUBLE_EQ(wrap_angle(-1.5 * kPi), 0.5 * kPi);
   EXPECT_NEAR(wrap_angle(2000 * kPi + 1.0), 1.0, 1e-12);
 }

@@ -27,6 +27,7 @@ inline constexpr double kPi = std::numbers::pi;
 
 /// The same direction in (−π, π]. The only place where angles are wrapped.
 [[nodiscard]] inline double wrap_angle(double angle) {
+  if (angle > -kPi && angle <= kPi) return angle;  // as remainder() would give, bit by bit, but at once
   const double wrapped = std::remainder(angle, 2.0 * kPi);
   return wrapped <= -kPi ? wrapped + 2.0 * kPi : wrapped;
 }
