@@ -16,6 +16,7 @@
 #include "trundle/statistics/distribution.hpp"
 
 #include "calibration/velocity_runs.hpp"
+#include "recording/lagging_drive.hpp"
 #include "scale.hpp"
 
 namespace trundle::calibration {
@@ -195,6 +196,18 @@ TEST(VelocityCalibration, IsAGroupThatCanBeFixed) {
   EXPECT_THROW(calibrate({&recording, 1}, {}, nominal_velocity(), {.fix = {"velocity"}}), CannotAnswer);
   EXPECT_THROW(calibrate({&recording, 1}, {}, test::nominal_differential(), {.fix = {"velocity"}}),
                InputError);
+}
+
+// Without its lag the scale of its turns would come out 0.05 too small.
+TEST(VelocityCalibration, ARobotThatLagsBehindWhatItIsToldTurnsByAsMuch) {
+  const Recording recording = test::lagging_recording({.lag_s = 0.2, .delay_s = 0.1, .yaw_scale = 0.95}, 5);
+  const CalibrationResult result = calibrate({&recording, 1}, {}, test::told_robot());
+  EXPECT_THAT(result.notes, testing::Contains(testing::HasSubstr("velocity.lag_s 0.")));
+  EXPECT_NEAR(result.calibrated.chassis.velocity.lag_s, 0.2, 0.02);
+  const auto yaw_scale = std::ranges::find(result.parameters, "velocity.yaw_scale", &ParameterEstimate::name);
+  ASSERT_NE(yaw_scale, result.parameters.end());
+  EXPECT_NEAR(yaw_scale->value, 0.95, 3.0 * yaw_scale->sigma_total);
+  EXPECT_LT(yaw_scale->sigma_total, 0.01);
 }
 
 }  // namespace

@@ -68,6 +68,24 @@ TEST(ScenarioFile, AVelocityErrsWhereItSaysSoAndScattersBetweenSessions) {
   EXPECT_NEAR(squares / 1e-4, 1.0, 4.0 * std::sqrt(2.0 / 200.0));  // a mean square of so many numbers
 }
 
+TEST(ScenarioFile, NoRobotLagsBehindWhatItIsTold) {
+  const Folder folder;
+  const auto error_of = [&](const std::string& robot, const std::string& scenario) -> std::string {
+    write_file(folder.path() / "robot.toml", robot);
+    try {
+      static_cast<void>(folder.plan(kHead + scenario + kRun));
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "none";
+  };
+  EXPECT_EQ(error_of("[velocity]\nyaw_scale = 0.9\n", ""), "none");
+  EXPECT_THAT(error_of("[velocity]\nlag_s = 0.1\n", ""),
+              testing::HasSubstr("robot.toml: [velocity] has a lag_s"));
+  for (const char* section : {"[truth.velocity]", "[session_spread.velocity]"})
+    EXPECT_THAT(error_of("[noise]\n", std::string(section) + "\nlag_s = 0.1\n"), testing::HasSubstr("lag_s"));
+}
+
 TEST(ScenarioFile, TruthDiffersWhereItSaysSo) {
   const Folder folder;
   const Plan plan = folder.plan(kHead + R"(

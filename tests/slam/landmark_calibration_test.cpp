@@ -13,6 +13,7 @@
 #include "calibration/simulated_runs.hpp"
 #include "calibration/velocity_runs.hpp"
 #include "held_limits.hpp"
+#include "recording/lagging_drive.hpp"
 #include "scale.hpp"
 
 namespace trundle::slam {
@@ -223,6 +224,21 @@ TEST(LandmarkCalibration, FindsWhatTheSensorErrsByAndItsClock) {
   }
   EXPECT_LE(smoothed_m, filtered_m);
   EXPECT_LT(squares / (3.0 * seeds), 1.0 + 4.0 * std::sqrt(2.0 / (3.0 * seeds)));
+}
+
+TEST(LandmarkCalibration, ARobotThatLagsBehindWhatItIsToldTurnsByAsMuch) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
+  const Parameter yaw_scale{ParameterKind::velocity_yaw_scale, -1};
+  Recording recording = test::lagging_recording({.lag_s = 0.2, .delay_s = 0.1, .yaw_scale = 0.95}, 5);
+  recording.reference = {};
+  const CalibrationResult result =
+      calibrate_from_landmarks({&recording, 1}, {}, test::told_robot(), {.free = {"sensor.time_offset"}});
+  EXPECT_THAT(result.notes, Contains(HasSubstr("velocity.lag_s 0.")));
+  EXPECT_NEAR(result.calibrated.chassis.velocity.lag_s, 0.2, 0.03);
+  EXPECT_NEAR(result.calibrated.landmark_sensor->time_offset_s, -0.1, 0.03);
+  const ParameterEstimate& found = of(result, yaw_scale);
+  EXPECT_NEAR(found.value, 0.95, 3.0 * found.sigma_within);
+  EXPECT_LT(found.sigma_within, 0.01);
 }
 
 TEST(LandmarkCalibration, SetsTheClockOfTheSensorWhereTheLogShowsItOff) {

@@ -62,6 +62,9 @@ struct VelocityCorrection {
   double yaw_scale = 1.0;              ///< negative: counter-clockwise reads clockwise
   double yaw_per_forward_rad_m = 0.0;  ///< turn per metre that is read
   double yaw_bias_rad_s = 0.0;         ///< added at rest too
+  /// By which the motion follows what is read, as a command, to first order: taken out when recordings are
+  /// aligned. docs/theory/velocity.md, eq. 2.
+  double lag_s = 0.0;
 
   bool operator==(const VelocityCorrection&) const = default;
 };

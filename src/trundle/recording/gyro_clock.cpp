@@ -156,12 +156,13 @@ std::optional<TimeOffset> GyroClock::take_offset(double start_s) {
                    .moved = [&](double offset_s, std::vector<bool>& seen) {
                      return std::vector{turns_in(windows, moved, sense * offset_s, seen)};
                    }};
-  return find_offset(std::move(clocks), {.given_s = given_s,
-                                         .largest_s = options_.largest_s,
-                                         .step_s = 0.25 * half_s,
-                                         .change_s = 0.25 * half_s,
-                                         .largest_sigma_s = options_.largest_sigma_s,
-                                         .least_correlation = options_.least_correlation});
+  return find_offset({.clocks = std::move(clocks),
+                      .search = {.given_s = given_s,
+                                 .largest_s = options_.largest_s,
+                                 .step_s = 0.25 * half_s,
+                                 .change_s = 0.25 * half_s,
+                                 .largest_sigma_s = options_.largest_sigma_s,
+                                 .least_correlation = options_.least_correlation}});
 }
 
 std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const Robot& robot,

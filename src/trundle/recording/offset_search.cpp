@@ -148,6 +148,9 @@ class Comparer {
     return sum > kSignificant * std::sqrt(variance_of_sum(scatter));
   }
 
+  const std::vector<bool>& windows() const { return clocks_.used; }
+  void use(const std::vector<bool>& windows) { clocks_.used = windows; }
+
  private:
   TwoClocks clocks_;
 };
@@ -190,13 +193,10 @@ double nearest_of_the_best(Comparer& compare, double best_s, const OffsetSearch&
   return best_s;
 }
 
-/// σ of the offset from the residuals' scatter: of Newton's step, with a sandwich of the scores'
-/// autocovariances. The information is how the squares bend: that of the moved sensor's changes would count
-/// its noise as motion.
-double sigma_at(Comparer& compare, double offset_s, double step_s) {
-  const Comparison here = compare.at(offset_s);
-  const Comparison before = compare.at(offset_s - step_s);
-  const Comparison after = compare.at(offset_s + step_s);
+/// σ of what was moved by a step to either side, from the residuals' scatter: of Newton's step, with a
+/// sandwich of the scores' autocovariances. The information is how the squares bend: that of the moved
+/// sensor's changes would count its noise as motion.
+double sigma_of(const Comparison& before, const Comparison& here, const Comparison& after, double step_s) {
   Vector score;
   double information = 0.0;
   for (std::size_t c = 0; c < here.channels.size(); ++c) {
@@ -218,6 +218,49 @@ double sigma_at(Comparer& compare, double offset_s, double step_s) {
   return information > 0.0 ? std::sqrt(variance_of_sum(score)) / information : INFINITY;
 }
 
+/// The offset with the least misfit, once windows where a wheel slips are left out; nothing where too few are
+/// left.
+std::optional<double> settled_offset(Comparer& compare, const OffsetSearch& search) {
+  if (!compare.has_enough()) return std::nullopt;
+  double offset = search_from(compare, search.given_s, search.largest_s, search.step_s);
+  if (!compare.has_enough()) return std::nullopt;  // the other sensor misses the rest
+  offset = nearest_of_the_best(compare, offset, search);
+  compare.leave_out_slip(offset);
+  if (!compare.has_enough()) return std::nullopt;
+  return search_from(compare, offset, 4.0 * search.step_s, search.step_s);
+}
+
+bool speak_of_one_motion(const Comparison& comparison, const OffsetSearch& search) {
+  return std::abs(comparison.correlation()) >= search.least_correlation;
+}
+
+// No robot lags by more [s].
+constexpr double kLongestLag_s = 1.0;
+constexpr double kFinestLag_s = 1e-3;
+// Sigmas: by chance in one of 44 robots without a lag, and then it is small. One that is missed makes all
+// turns too small.
+constexpr double kTold = 2.0;
+
+/// Two clocks at one lag, set as well as can be.
+class SetClocks {
+ public:
+  SetClocks(TwoClocks clocks, const std::vector<bool>& windows, double near_s, const OffsetSearch& search)
+      : compare_(std::move(clocks)) {
+    compare_.use(windows);
+    offset_s_ = search_from(compare_, near_s, 4.0 * search.step_s, search.step_s);
+  }
+  Comparison at(const std::vector<bool>& windows) {
+    compare_.use(windows);
+    return compare_.at(offset_s_);
+  }
+  void leave_out_slip() { compare_.leave_out_slip(offset_s_); }
+  const std::vector<bool>& windows() const { return compare_.windows(); }
+
+ private:
+  Comparer compare_;
+  double offset_s_;
+};
+
 }  // namespace
 
 std::optional<TimeOffset> mean_of(std::span<const TimeOffset> offsets) {
@@ -236,21 +279,57 @@ bool is_off(const TimeOffset& found, double given_s) {
   return std::abs(found.offset_s - given_s) > std::max(found.least_s, kSignificant * found.sigma_s);
 }
 
-std::optional<TimeOffset> find_offset(TwoClocks clocks, const OffsetSearch& search) {
-  Comparer compare(std::move(clocks));
-  if (!compare.has_enough()) return std::nullopt;
-  double offset = search_from(compare, search.given_s, search.largest_s, search.step_s);
-  if (!compare.has_enough()) return std::nullopt;  // the other sensor misses the rest
-  offset = nearest_of_the_best(compare, offset, search);
-  compare.leave_out_slip(offset);
-  if (!compare.has_enough()) return std::nullopt;
-  offset = search_from(compare, offset, 4.0 * search.step_s, search.step_s);
-  const double correlation = compare.at(offset).correlation();
-  const double sigma = std::hypot(sigma_at(compare, offset, search.change_s), search.least_sigma_s);
-  const bool told = std::abs(correlation) >= search.least_correlation && sigma <= search.largest_sigma_s &&
-                    std::abs(offset - search.given_s) <= search.largest_s;
+std::optional<TimeOffset> find_offset(ClockComparison comparison) {
+  const OffsetSearch& search = comparison.search;
+  Comparer compare(std::move(comparison.clocks));
+  const std::optional<double> offset = settled_offset(compare, search);
+  if (!offset) return std::nullopt;
+  const Comparison here = compare.at(*offset);
+  const Comparison before = compare.at(*offset - search.change_s),
+                   after = compare.at(*offset + search.change_s);
+  const double sigma = std::hypot(sigma_of(before, here, after, search.change_s), search.least_sigma_s);
+  const bool told = speak_of_one_motion(here, search) && sigma <= search.largest_sigma_s &&
+                    std::abs(*offset - search.given_s) <= search.largest_s;
   if (!told) return std::nullopt;
-  return TimeOffset{offset, sigma, correlation};
+  return TimeOffset{*offset, sigma, here.correlation()};
+}
+
+std::optional<TimeOffset> find_lag(const LaggingClocks& with_lag, double given_s) {
+  std::optional<ClockComparison> given = with_lag(given_s);
+  if (!given) return std::nullopt;
+  const OffsetSearch search = given->search;
+  Comparer as_given(std::move(given->clocks));
+  const std::vector<bool> all = as_given.windows();
+  const std::optional<double> offset_s = settled_offset(as_given, search);
+  if (!offset_s || !speak_of_one_motion(as_given.at(*offset_s), search)) return std::nullopt;
+
+  std::vector<bool> windows = as_given.windows();
+  const auto set_with = [&](double lag_s) {  // of a lag most is a delay: the clocks make up for that
+    SetClocks set(with_lag(lag_s).value().clocks, windows, *offset_s + lag_s - given_s, search);
+    windows = set.windows();  // those that all lags reach
+    return set;
+  };
+  const auto least = [&] {
+    return minimum_within({0.0, kLongestLag_s, kFinestLag_s}, [&](double lag_s) {
+      SetClocks set = set_with(lag_s);
+      return set.at(windows).misfit();
+    });
+  };
+  const double rough_s = least();
+  windows = all;  // where the lag was wrong its starts and stops passed for slip
+  SetClocks rough = set_with(rough_s);
+  rough.leave_out_slip();
+  windows = rough.windows();
+  const double lag_s = least(), step_s = 0.5 * lag_s;
+  SetClocks before = set_with(lag_s - step_s), here = set_with(lag_s), after = set_with(lag_s + step_s);
+  const Comparison best = here.at(windows);
+  const double sigma = sigma_of(before.at(windows), best, after.at(windows), step_s);
+  // Beside a delay a lag acts by its square: that is what is normally distributed.
+  const double sigma_of_square = 2.0 * lag_s * sigma;
+  const bool told = sigma <= search.largest_sigma_s &&
+                    std::abs(lag_s * lag_s - given_s * given_s) > kTold * sigma_of_square;
+  if (!told) return std::nullopt;
+  return TimeOffset{lag_s, sigma, best.correlation()};
 }
 
 }  // namespace trundle::recording

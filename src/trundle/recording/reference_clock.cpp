@@ -6,8 +6,8 @@
 #include <Eigen/Core>
 
 #include "trundle/recording/csv/detail/table.hpp"
+#include "trundle/recording/detail/clock_comparison.hpp"
 #include "trundle/recording/detail/motion_path.hpp"
-#include "trundle/recording/detail/offset_search.hpp"
 #include "trundle/statistics/median.hpp"
 
 namespace trundle::recording {
@@ -73,6 +73,12 @@ Vector channel(const std::vector<ReferenceStep>& steps, double ReferenceStep::*m
   return values;
 }
 
+std::vector<Vector> channels_of(const std::vector<ReferenceStep>& steps, bool with_heading) {
+  std::vector<Vector> channels{channel(steps, &ReferenceStep::way_m)};
+  if (with_heading) channels.push_back(channel(steps, &ReferenceStep::turn_rad));
+  return channels;
+}
+
 /// Beyond it a step of the reference is a jump: by its way over that on board in the median step in which the
 /// robot clearly moves, whatever unit either has.
 double longest_way(const std::vector<ReferenceStep>& seen, const std::vector<ReferenceStep>& on_board) {
@@ -134,7 +140,7 @@ std::vector<bool> compared(const LogOnTwoClocks& log, double given_s, double lar
 
 }  // namespace
 
-std::optional<TimeOffset> reference_time_offset(std::span<const ReferenceLog> given, const Robot& robot,
+std::optional<ClockComparison> reference_clocks(std::span<const ReferenceLog> given, const Robot& robot,
                                                 const TimeOffsetOptions& options) {
   std::vector<LogOnTwoClocks> logs;
   for (const ReferenceLog& log : given)
@@ -143,45 +149,47 @@ std::optional<TimeOffset> reference_time_offset(std::span<const ReferenceLog> gi
   const auto most = [&](double LogOnTwoClocks::*member) {
     return std::ranges::max(logs, {}, member).*member;
   };
-  const double window_s = most(&LogOnTwoClocks::window_s);
+  const double window_s = most(&LogOnTwoClocks::window_s), row_s = most(&LogOnTwoClocks::row_s);
   std::vector<double> lengths_s;
   for (const LogOnTwoClocks& log : logs) lengths_s.push_back(log.last_s - log.first_s);
   const double given_s = robot.reference_time_offset_s;
   const double largest_s = std::min(options.largest_s, kShareSearched * median(lengths_s));
   if (!(largest_s > window_s)) return std::nullopt;
 
-  const bool with_heading = std::ranges::all_of(logs, &LogOnTwoClocks::has_heading);
+  ClockComparison comparison{
+      .clocks = {},
+      .search = {.given_s = given_s,
+                 .largest_s = largest_s,
+                 .step_s = 0.5 * window_s,
+                 .change_s = row_s,
+                 .least_sigma_s = std::max(most(&LogOnTwoClocks::sample_s), row_s) / 20.0,
+                 .largest_sigma_s = options.largest_sigma_s,
+                 .least_correlation = options.least_correlation}};
+  TwoClocks& clocks = comparison.clocks;
   std::vector<ReferenceStep> seen;
-  TwoClocks clocks;
   for (const LogOnTwoClocks& log : logs) {
     seen.insert(seen.end(), log.seen.begin(), log.seen.end());
     const std::vector<bool> used = compared(log, given_s, largest_s);
     clocks.used.insert(clocks.used.end(), used.begin(), used.end());
   }
-  const auto channels_of = [&](const std::vector<ReferenceStep>& steps) {
-    std::vector<Vector> channels{channel(steps, &ReferenceStep::way_m)};
-    if (with_heading) channels.push_back(channel(steps, &ReferenceStep::turn_rad));
-    return channels;
-  };
-  clocks.fixed = channels_of(seen);
+  const bool with_heading = std::ranges::all_of(logs, &LogOnTwoClocks::has_heading);
+  clocks.fixed = channels_of(seen, with_heading);
   clocks.duration_s = channel(seen, &ReferenceStep::end_s) - channel(seen, &ReferenceStep::start_s);
-  clocks.moved = [&](double offset_s, std::vector<bool>& used) {
+  clocks.moved = [logs = std::move(logs), with_heading](double offset_s, std::vector<bool>& used) {
     std::vector<ReferenceStep> steps;
     for (const LogOnTwoClocks& log : logs)
       std::ranges::copy(log.on_board(offset_s), std::back_inserter(steps));
     for (std::size_t i = 0; i < steps.size(); ++i)
       if (!std::isfinite(steps[i].way_m)) used[i] = false;
-    return channels_of(steps);
+    return channels_of(steps, with_heading);
   };
-  const double row_s = most(&LogOnTwoClocks::row_s);
-  return find_offset(std::move(clocks),
-                     {.given_s = given_s,
-                      .largest_s = largest_s,
-                      .step_s = 0.5 * window_s,
-                      .change_s = row_s,
-                      .least_sigma_s = std::max(most(&LogOnTwoClocks::sample_s), row_s) / 20.0,
-                      .largest_sigma_s = options.largest_sigma_s,
-                      .least_correlation = options.least_correlation});
+  return comparison;
+}
+
+std::optional<TimeOffset> reference_time_offset(std::span<const ReferenceLog> logs, const Robot& robot,
+                                                const TimeOffsetOptions& options) {
+  std::optional<ClockComparison> comparison = reference_clocks(logs, robot, options);
+  return comparison ? find_offset(*std::move(comparison)) : std::nullopt;
 }
 
 std::optional<TimeOffset> reference_time_offset(const ReferenceStream& reference,

@@ -6,8 +6,8 @@
 #include <Eigen/Core>
 
 #include "trundle/recording/csv/detail/table.hpp"
+#include "trundle/recording/detail/clock_comparison.hpp"
 #include "trundle/recording/detail/motion_path.hpp"
-#include "trundle/recording/detail/offset_search.hpp"
 #include "trundle/statistics/median.hpp"
 
 namespace trundle::recording {
@@ -63,15 +63,17 @@ double bearing_change(const Pair& pair, const MotionPath& path, const Pose2& bod
 
 }  // namespace
 
-std::optional<TimeOffset> sighting_time_offset(const std::vector<Sighting>& sightings,
+std::optional<ClockComparison> sighting_clocks(const std::vector<Sighting>& sightings,
                                                const AlignedReadings& readings, const Robot& robot,
                                                const TimeOffsetOptions& options) {
-  const std::optional<MotionPath> path = motion_path(readings, robot);
+  std::optional<MotionPath> path = motion_path(readings, robot);
   if (!robot.landmark_sensor || !path) return std::nullopt;
-  const std::vector<Pair> pairs = pairs_of(sightings, options.window_s);
+  std::vector<Pair> pairs = pairs_of(sightings, options.window_s);
   if (pairs.empty()) return std::nullopt;
   const auto n = static_cast<Eigen::Index>(pairs.size());
-  TwoClocks clocks{.fixed = {Vector(n)}, .duration_s = Vector(n), .used = {}, .moved = {}};
+  ClockComparison comparison{
+      .clocks = {.fixed = {Vector(n)}, .duration_s = Vector(n), .used = {}, .moved = {}}, .search = {}};
+  TwoClocks& clocks = comparison.clocks;
   clocks.used.assign(pairs.size(), true);
   std::vector<double> durations;
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -80,22 +82,31 @@ std::optional<TimeOffset> sighting_time_offset(const std::vector<Sighting>& sigh
     clocks.duration_s[i] = pair.duration_s();
     durations.push_back(pair.duration_s());
   }
-  clocks.moved = [&](double offset_s, std::vector<bool>& used) {
+  comparison.search = {.given_s = robot.landmark_sensor->time_offset_s,
+                       .largest_s = options.largest_s,
+                       .step_s = 0.25 * options.window_s,
+                       .change_s = median(durations) / 4.0,
+                       .least_sigma_s = median_step(path->time_s) / 20.0,
+                       .largest_sigma_s = options.largest_sigma_s,
+                       .least_correlation = options.least_correlation};
+  clocks.moved = [n, pairs = std::move(pairs), path = *std::move(path),
+                  mount = robot.landmark_sensor->body_from_sensor](double offset_s, std::vector<bool>& used) {
     Vector changes(n);
     for (Eigen::Index i = 0; i < n; ++i) {
       const auto p = static_cast<std::size_t>(i);
-      changes[i] = bearing_change(pairs[p], *path, robot.landmark_sensor->body_from_sensor, offset_s);
+      changes[i] = bearing_change(pairs[p], path, mount, offset_s);
       if (!std::isfinite(changes[i])) used[p] = false;
     }
     return std::vector{changes};
   };
-  return find_offset(std::move(clocks), {.given_s = robot.landmark_sensor->time_offset_s,
-                                         .largest_s = options.largest_s,
-                                         .step_s = 0.25 * options.window_s,
-                                         .change_s = median(durations) / 4.0,
-                                         .least_sigma_s = median_step(path->time_s) / 20.0,
-                                         .largest_sigma_s = options.largest_sigma_s,
-                                         .least_correlation = options.least_correlation});
+  return comparison;
+}
+
+std::optional<TimeOffset> sighting_time_offset(const std::vector<Sighting>& sightings,
+                                               const AlignedReadings& readings, const Robot& robot,
+                                               const TimeOffsetOptions& options) {
+  std::optional<ClockComparison> comparison = sighting_clocks(sightings, readings, robot, options);
+  return comparison ? find_offset(*std::move(comparison)) : std::nullopt;
 }
 
 }  // namespace trundle::recording

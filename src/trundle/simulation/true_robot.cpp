@@ -1,6 +1,7 @@
 #include "trundle/simulation/detail/true_robot.hpp"
 
 #include "trundle/chassis/parameter.hpp"
+#include "trundle/io/error.hpp"
 
 namespace trundle::simulation::scenario_file {
 namespace {
@@ -59,11 +60,16 @@ void read_wheels(const Section& section, Robot& robot) {
   }
 }
 
+constexpr std::string_view kNoLag = "no lag: simulated robots do at once what they are told";
+
 void read_velocity(const Section& section, Robot& robot) {
   if (!read_subsection(section, "velocity", kVelocity, robot.chassis.velocity)) return;
   if (!robot.wheel_names.empty())
     fail(section.source, section.table.get("velocity")->source(),
          in(section, "velocity of a robot with wheels"), "it only where the robot file has no [[wheel]]");
+  if (robot.chassis.velocity.lag_s != 0.0)
+    fail(section.source, section.table.get("velocity")->source(), in(section, "velocity has a lag_s"),
+         kNoLag);
 }
 
 /// The sections that [truth] and [session_spread] share: numbers of the robot file under the same names.
@@ -119,10 +125,12 @@ void scatter(const std::array<NumberKey<T>, n>& keys, const T& sigma, T& target,
 Robot read_truth(const Section& file, const Robot& nominal) {
   Robot truth = nominal;
   truth.calibration.reset();
-  const auto section = table(file, "truth", "[truth]");
-  if (!section) return truth;
-  if (const auto track = read_track(*section, nominal)) set_value(kTrack, *track, truth);
-  read_robot_numbers(*section, truth);
+  if (const auto section = table(file, "truth", "[truth]")) {
+    if (const auto track = read_track(*section, nominal)) set_value(kTrack, *track, truth);
+    read_robot_numbers(*section, truth);
+  }
+  if (truth.chassis.velocity.lag_s != 0.0)
+    throw InputError(place_of(nominal), "[velocity] has a lag_s", std::string(kNoLag));
   return truth;
 }
 

@@ -10,6 +10,7 @@
 #include "trundle/calibration/preparation/initial_scale.hpp"
 #include "trundle/calibration/preparation/sense_of_turning.hpp"
 #include "trundle/calibration/preparation/sensor_heading.hpp"
+#include "trundle/calibration/preparation/velocity_lag.hpp"
 #include "trundle/calibration/problem/run_clock.hpp"
 #include "trundle/chassis/rows.hpp"
 #include "trundle/io/error.hpp"
@@ -17,6 +18,7 @@
 #include "trundle/odometry/gyro_noise.hpp"
 #include "trundle/recording/time_offset.hpp"
 #include "trundle/recording/turns.hpp"
+#include "trundle/recording/velocity_lag.hpp"
 #include "trundle/statistics/distribution.hpp"
 
 namespace trundle::calibration {
@@ -209,6 +211,7 @@ Preparation prepare(std::span<const Recording> recordings, const Robot& given, b
   Preparation ready{.channels = check_channels(recordings, given),
                     .start = {},
                     .runs = {},
+                    .velocity_lag = {},
                     .gyro_clock = {},
                     .gyro_noise = {},
                     .reference_clock = {},
@@ -217,6 +220,8 @@ Preparation prepare(std::span<const Recording> recordings, const Robot& given, b
                     .silent = {}};
   turn_gyro_by_positions(recordings, ready.channels);
   ready.start = ready.channels.robot;
+  ready.velocity_lag = set_velocity_lag(recordings, velocity_lag_by_reference,
+                                        "the ways and turns that the reference shows", ready.start);
   ready.gyro_clock = set_gyro_clock(recordings, ready.start);
   ready.gyro_noise = set_gyro_noise(recordings, ready.start);
   if (frees_reference_clock) start_reference_clock(recordings, ready.start);

@@ -35,6 +35,7 @@ inline constexpr Range kRangeScale{[](double v) { return v >= 0.01 && v <= 100.0
 inline constexpr Range kVelocityScale{
     [](double v) { return std::abs(v) >= kLeastVelocityScale && std::abs(v) <= kGreatestVelocityScale; },
     "a number from 0.000001 to 100, or the negative of one"};
+inline constexpr Range kLag{[](double v) { return v >= 0.0 && v <= 10.0; }, "seconds from 0 to 10"};
 inline constexpr Range kTurn{[](double v) { return std::abs(v) <= 100.0; }, "a number from -100 to 100"};
 inline constexpr Range kDepthShare{[](double v) { return v >= -1.0 && v <= 2.0; }, "a number from -1 to 2"};
 /// Nearer to 8/9, what the wheels turned would not say how far the robot did: docs/theory/scrub.md, eq. 2.
@@ -123,6 +124,7 @@ inline constexpr std::array kVelocity{
                                   kTurn},
     NumberKey<VelocityCorrection>{"yaw_bias_rad_s",
                                   [](VelocityCorrection& v) -> double& { return v.yaw_bias_rad_s; }, kTurn},
+    NumberKey<VelocityCorrection>{"lag_s", [](VelocityCorrection& v) -> double& { return v.lag_s; }, kLag},
 };
 
 inline constexpr std::array kGyro{

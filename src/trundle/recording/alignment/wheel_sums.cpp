@@ -27,6 +27,7 @@ WheelSums::WheelSums(const Robot& robot, const Options& options)
       names_(robot.wheel_names),
       options_(options),
       offset_s_(robot.chassis.wheels_time_offset_s),
+      lag_s_(wheels_.empty() ? robot.chassis.velocity.lag_s : 0.0),
       sums_(wheels_.empty() ? 2 : wheels_.size()),
       usual_step_(options.shortest_gap_s) {
   for (std::size_t i = 0; i < wheels_.size(); ++i) places_.push_back(place_of_wheel(robot, i));
@@ -71,14 +72,25 @@ void WheelSums::finish() {
   leave_out_unknown();
 }
 
+/// Of a velocity that was read as `read` for so long: of the motion that follows it. docs/theory/velocity.md,
+/// eq. 2.
+double WheelSums::mean_of_motion(Sum& sum, double read, double duration_s) const {
+  if (lag_s_ == 0.0) return read;
+  const double ahead = *sum.velocity - read;
+  const double faded = -std::expm1(-duration_s / lag_s_);
+  sum.velocity = read + ahead * (1.0 - faded);
+  return read + ahead * faded * lag_s_ / duration_s;
+}
+
 /// A rate is the mean since the row before.
 void WheelSums::read(std::size_t wheel, double value, const Row& row) {
   Sum& sum = sums_[wheel];
   if (units_[wheel] == WheelUnit::rate) {
+    if (!sum.velocity && !std::isnan(value)) sum.velocity = value;  // and it had been told so for long
     if (!sum.time_s)
       settle(wheel, {row.time_s, row.time_s}, 0.0);
-    else if (!std::isnan(value))
-      settle(wheel, {*sum.time_s, row.time_s, value * (row.time_s - *sum.time_s)}, 0.0);
+    else if (const double duration_s = row.time_s - *sum.time_s; !std::isnan(value))
+      settle(wheel, {*sum.time_s, row.time_s, mean_of_motion(sum, value, duration_s) * duration_s}, 0.0);
     return;
   }
   const auto& last_s = sum.counter.time_s();

@@ -101,14 +101,16 @@ class WheelSums {
     Counter counter{{}};
     std::optional<double> time_s;
     double value = 0.0;
+    std::optional<double> velocity;  ///< of a motion that follows the readings with a lag
 
     template <class Archive, class Self>
     static void persist(Archive& archive, Self& self) {
-      archive(self.counter, self.time_s, self.value);
+      archive(self.counter, self.time_s, self.value, self.velocity);
     }
   };
 
   void read(std::size_t wheel, double value, const Row& row);
+  double mean_of_motion(Sum& sum, double read, double duration_s) const;
   void settle(std::size_t wheel, const CounterStep& step, double longest_step_s);
   bool is_known(const Row& row) const;
   bool stays_unknown(const Row& row) const;
@@ -119,6 +121,7 @@ class WheelSums {
   std::vector<std::string> places_;  // of the wheels, for messages
   Options options_;
   double offset_s_;
+  double lag_s_;  ///< of the motion behind a velocity
   WheelUnits units_{};
   std::array<double, kMaxWheels> units_per_turn_{};
 

@@ -33,10 +33,22 @@ struct OffsetSearch {
   double least_correlation = 0.0;  ///< in the channel in which the sensors agree best
 };
 
+struct ClockComparison {
+  TwoClocks clocks;
+  OffsetSearch search;
+};
+
 /// The offset at which fixed = a · moved + b · duration + residual leaves least, in all channels together,
 /// each with its own a, b and noise; windows with a residual that no noise explains (slip) are left out. σ
 /// has the scatter of the residuals, which may hang together over some windows [Newey & West 1987]. Nothing
 /// where hardly a window is left, the sensors do not speak of the same motion, or σ is too large.
-[[nodiscard]] std::optional<TimeOffset> find_offset(TwoClocks clocks, const OffsetSearch& search);
+[[nodiscard]] std::optional<TimeOffset> find_offset(ClockComparison comparison);
+
+/// The same two clocks, where motion lags behind a velocity by so much.
+using LaggingClocks = std::function<std::optional<ClockComparison>(double lag_s)>;
+
+/// The lag with which, the clocks being set anew, least is left: as `offset_s`, and σ as of offsets. Nothing
+/// where it is not clearly less than with the lag that is given.
+[[nodiscard]] std::optional<TimeOffset> find_lag(const LaggingClocks& with_lag, double given_s);
 
 }  // namespace trundle::recording

@@ -7,10 +7,12 @@
 #include <fmt/format.h>
 
 #include "trundle/calibration/preparation/preparation.hpp"
+#include "trundle/calibration/preparation/velocity_lag.hpp"
 #include "trundle/calibration/problem/defaults.hpp"
 #include "trundle/calibration/problem/run_gyro_bias.hpp"
 #include "trundle/calibration/validation/conclusion.hpp"
 #include "trundle/io/words.hpp"
+#include "trundle/recording/velocity_lag.hpp"
 #include "trundle/slam/models/sensor_clock.hpp"
 #include "trundle/slam/smoothing/calibration/landmark_noise.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"
@@ -242,6 +244,8 @@ CalibrationResult calibrate_from_landmarks(std::span<const Recording> training,
   const bool only_noise = parameters.empty() && options.learn_noise;
   if (!only_noise) require_something_free(parameters, training, nominal);
   Robot start = nominal;
+  const std::optional<std::string> lag = calibration::set_velocity_lag(
+      training, recording::velocity_lag_by_sightings, "how bearings change as the robot moves", start);
   const std::optional<std::string> sensor_clock = prepare_sensor_clock(training, parameters, start);
   const std::optional<std::string> gyro_noise = set_gyro_noise(training, start);
   AssociatedFit found = fit_in_turn(training, start, parameters);
@@ -253,15 +257,15 @@ CalibrationResult calibrate_from_landmarks(std::span<const Recording> training,
   const SessionSpread spread = session_spread(found.all, noisy, parameters, estimate.space);
   CalibrationResult result = result_of(estimate, spread, parameters, nominal);
   result.method = "landmarks";
-  const std::vector<Run> runs = prepare_runs(training, nominal);
+  const std::vector<Run> runs = prepare_runs(training, start);
   add_words(found, result);
   result.sensor_clock = sensor_clock;
-  if (sensor_clock) note(*sensor_clock, result);
-  if (gyro_noise) note(*gyro_noise, result);
+  for (const auto& words : {lag, sensor_clock, gyro_noise})
+    if (words) note(*words, result);
   result.gyro_biases = words_of_biases(runs, estimate.gyro_biases);
   if (result.gyro_biases) note(*result.gyro_biases, result);
   if (noise) add_noise(*noise, result);
-  conclude({runs, prepare_runs(hold_out, nominal)}, estimate, spread, result);
+  conclude({runs, prepare_runs(hold_out, start)}, estimate, spread, result);
   if (only_noise) result.summary = "noise alone is learned";
   return result;
 }

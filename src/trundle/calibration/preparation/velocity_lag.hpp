@@ -1,0 +1,19 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+
+#include "trundle/recording/time_offset.hpp"
+
+namespace trundle::calibration {
+
+/// What one recording says of the lag (recording/velocity_lag.hpp).
+using LagOf = std::optional<TimeOffset> (*)(const Recording& recording, const Robot& robot);
+
+/// Sets by how much the motion lags behind a velocity, where the recordings show it. `shown_by`: in words.
+/// Returns what was done, in words; nothing: it stays as it is.
+std::optional<std::string> set_velocity_lag(std::span<const Recording> recordings, LagOf lag_of,
+                                            const char* shown_by, Robot& robot);
+
+}  // namespace trundle::calibration
