@@ -40,6 +40,9 @@ def main():
             if parameter["name"].removeprefix("velocity.") in VELOCITY:
                 text = f"{parameter['value']:.4f} ± {parameter['sigma_within']:.4f} {parameter['unit']}"
                 print(f"| `{parameter['name']}` | {text if parameter['observable'] else 'held: ' + text} |")
+        for note in found["notes"]:
+            if note.startswith("velocity.lag_s"):
+                print(f"| `velocity.lag_s` | {note.split(' ', 1)[1].split(' s (')[0]} s |")
         print("\n| robot file | odometry, start-aligned | SE(2)-aligned | smoothed, SE(2)-aligned | its NEES |\n|---|---|---|---|---|")
         for what, file in (("as given", robot), ("calibrated", calibrated)):
             path = out / "odometry.csv"
