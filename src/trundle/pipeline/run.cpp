@@ -13,6 +13,8 @@
 #include "trundle/io/words.hpp"
 #include "trundle/pipeline/run_results.hpp"
 #include "trundle/pipeline/stages.hpp"
+#include "trundle/recording/alignment/align.hpp"
+#include "trundle/recording/time_offset.hpp"
 #include "trundle/slam/models/sensor_clock.hpp"
 
 namespace trundle::pipeline {
@@ -123,6 +125,15 @@ void write_record(const RunInputs& inputs, const ResultFolder& results, const Ru
   results.write(inputs.in_folder("run.json"), printed(to_json(record)));
 }
 
+/// Of the landmark sensor of one recording, to `robot`: what the health check found holds for the robot as
+/// given, and most of a velocity's lag is a delay.
+std::optional<TimeOffset> sensor_clock_for(const Robot& robot, const RunInputs& inputs,
+                                           const HealthCheck& health) {
+  if (robot.chassis.velocity.lag_s == inputs.given.robot.chassis.velocity.lag_s) return health.sensor_clock;
+  const Recording& recording = inputs.recordings.front();
+  return sighting_time_offset(recording.sightings, align(recording, robot), robot);
+}
+
 /// The errors of all runs together; by their best fit where no reference has headings.
 Found<bool> evaluate_session(std::span<const PositionError> errors) {
   if (errors.empty()) throw NotApplicable{"no recording has a reference with x and y"};
@@ -165,7 +176,8 @@ RunAnswer run_one(const RunInputs& inputs, const ResultFolder& results, const On
 
   RobotFile robot = calibration.value ? calibration.value->robot : inputs.robot;
   std::optional<std::string> sensor_clock;
-  if (health.value) sensor_clock = set_sensor_clock(health.value->sensor_clock, robot.robot);
+  if (health.value)
+    sensor_clock = set_sensor_clock(sensor_clock_for(robot.robot, inputs, *health.value), robot.robot);
   const auto say_clock = [&](auto landmarks) {
     if (sensor_clock) landmarks.remarks.push_back("note: corrected: " + *sensor_clock);
     return landmarks;
