@@ -208,6 +208,10 @@ TEST(VelocityCalibration, ARobotThatLagsBehindWhatItIsToldTurnsByAsMuch) {
   ASSERT_NE(yaw_scale, result.parameters.end());
   EXPECT_NEAR(yaw_scale->value, 0.95, 3.0 * yaw_scale->sigma_total);
   EXPECT_LT(yaw_scale->sigma_total, 0.01);
+
+  const CalibrationResult fixed =
+      calibrate({&recording, 1}, {}, test::told_robot(), {.free = {"reference.x"}, .fix = {"velocity"}});
+  EXPECT_EQ(fixed.calibrated.chassis.velocity.lag_s, 0.0);
 }
 
 }  // namespace

@@ -92,6 +92,15 @@ TEST(VelocityLag, IsNotFoundWhereThereIsNone) {
   EXPECT_LE(found, boost::math::quantile(boost::math::complement(by_chance, 1e-3)));
 }
 
+TEST(VelocityLag, IsNotFoundInASecondsDrive) {
+  for (const double duration_s : {0.05, 1.0, 3.0, 8.0})
+    for (const LagBy by : {velocity_lag_by_reference, velocity_lag_by_sightings})
+      if (const auto lag = by(lagging_recording({.lag_s = 0.2, .duration_s = duration_s}, 4), told_robot())) {
+        EXPECT_GE(duration_s, 8.0);
+        EXPECT_NEAR(lag->offset_s, 0.2, 4.0 * lag->sigma_s);
+      }
+}
+
 TEST(VelocityLag, IsThatOfTheRobotFileWhereItIsRight) {
   Robot robot = told_robot();
   robot.chassis.velocity.lag_s = 0.2;

@@ -9,6 +9,7 @@
 #include "trundle/calibration/noise/learn_noise.hpp"
 #include "trundle/calibration/preparation/preparation.hpp"
 #include "trundle/calibration/preparation/sensor_heading.hpp"
+#include "trundle/calibration/preparation/velocity_lag.hpp"
 #include "trundle/calibration/problem/defaults.hpp"
 #include "trundle/calibration/problem/run_clock.hpp"
 #include "trundle/calibration/problem/run_gyro_bias.hpp"
@@ -154,7 +155,9 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
                             const Robot& given, const CalibrateOptions& options) {
   const bool frees_reference_clock =
       std::ranges::find(options.free, "reference.time_offset") != options.free.end();
-  Preparation ready = prepare(training, given, frees_reference_clock);
+  Preparation ready =
+      prepare(training, given,
+              {.frees_reference_clock = frees_reference_clock, .keeps_lag = fixes_velocity(options.fix)});
   const Robot& nominal = ready.channels.robot;
   const FromOutside measured = from_outside(ready.runs);
   CalibrationProblem problem{ready.runs, ready.start,

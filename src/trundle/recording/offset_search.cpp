@@ -255,6 +255,7 @@ class SetClocks {
   }
   void leave_out_slip() { compare_.leave_out_slip(offset_s_); }
   const std::vector<bool>& windows() const { return compare_.windows(); }
+  bool has_enough() const { return compare_.has_enough(); }
 
  private:
   Comparer compare_;
@@ -322,6 +323,7 @@ std::optional<TimeOffset> find_lag(const LaggingClocks& with_lag, double given_s
   windows = rough.windows();
   const double lag_s = least(), step_s = 0.5 * lag_s;
   SetClocks before = set_with(lag_s - step_s), here = set_with(lag_s), after = set_with(lag_s + step_s);
+  if (!after.has_enough()) return std::nullopt;  // it has those that all have
   const Comparison best = here.at(windows);
   const double sigma = sigma_of(before.at(windows), best, after.at(windows), step_s);
   // Beside a delay a lag acts by its square: that is what is normally distributed.

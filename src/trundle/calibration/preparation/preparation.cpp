@@ -207,7 +207,8 @@ std::vector<Run> prepare_runs(std::span<const Recording> recordings, const Robot
   return runs;
 }
 
-Preparation prepare(std::span<const Recording> recordings, const Robot& given, bool frees_reference_clock) {
+Preparation prepare(std::span<const Recording> recordings, const Robot& given,
+                    const PrepareOptions& options) {
   Preparation ready{.channels = check_channels(recordings, given),
                     .start = {},
                     .runs = {},
@@ -220,13 +221,14 @@ Preparation prepare(std::span<const Recording> recordings, const Robot& given, b
                     .silent = {}};
   turn_gyro_by_positions(recordings, ready.channels);
   ready.start = ready.channels.robot;
-  ready.velocity_lag = set_velocity_lag(recordings, velocity_lag_by_reference,
-                                        "the ways and turns that the reference shows", ready.start);
+  if (!options.keeps_lag)
+    ready.velocity_lag = set_velocity_lag(recordings, velocity_lag_by_reference,
+                                          "the ways and turns that the reference shows", ready.start);
   ready.gyro_clock = set_gyro_clock(recordings, ready.start);
   ready.gyro_noise = set_gyro_noise(recordings, ready.start);
-  if (frees_reference_clock) start_reference_clock(recordings, ready.start);
+  if (options.frees_reference_clock) start_reference_clock(recordings, ready.start);
   ready.runs = prepare_runs(recordings, ready.start);
-  if (!frees_reference_clock)
+  if (!options.frees_reference_clock)
     ready.reference_clock = set_shared_reference_clock(ready.runs, ready.start, ready.channels.robot);
   if (ready.reference_clock) ready.runs = prepare_runs(recordings, ready.start);
   require_one_sense_of_turning(recordings, ready.runs, ready.start);
@@ -237,7 +239,7 @@ Preparation prepare(std::span<const Recording> recordings, const Robot& given, b
     ready.runs = prepare_runs(recordings, ready.start);
     leave_out_silent(ready.start, ready.runs);
   }
-  if (frees_reference_clock) let_clocks_move(ready.start, ready.runs);
+  if (options.frees_reference_clock) let_clocks_move(ready.start, ready.runs);
   return ready;
 }
 

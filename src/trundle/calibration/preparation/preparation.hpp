@@ -27,11 +27,17 @@ struct Preparation {
   std::vector<std::string> silent;  ///< runs that were left out, and why
 };
 
-/// `frees_reference_clock`: one offset of the reference's clock is to be estimated for all runs, and starts
-/// where they have it in the mean. Throws CannotAnswer where gyro and wheels turn opposite ways and no
+struct PrepareOptions {
+  /// One offset of the reference's clock is to be estimated for all runs: it starts where they have it in the
+  /// mean.
+  bool frees_reference_clock = false;
+  bool keeps_lag = false;  ///< of a velocity, as the robot file has it
+};
+
+/// Throws CannotAnswer where gyro and wheels turn opposite ways and no
 /// reference tells which is right, or where a unit is wrong.
 [[nodiscard]] Preparation prepare(std::span<const Recording> recordings, const Robot& given,
-                                  bool frees_reference_clock = false);
+                                  const PrepareOptions& options = {});
 
 /// Sets the gyro's noise by the rests, where it is louder there than the robot says: in motion it is no
 /// quieter. Returns what was

@@ -1,5 +1,6 @@
 #include "trundle/calibration/preparation/velocity_lag.hpp"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -20,6 +21,10 @@ std::optional<std::string> set_velocity_lag(std::span<const Recording> recording
   const double given_s = std::exchange(lag_s, mean->offset_s);
   return fmt::format("velocity.lag_s {} s (was {}), from {} in {}", with_sigma(lag_s, mean->sigma_s),
                      fixed(given_s, 4), shown_by, counted(lags.size(), "recording"));
+}
+
+bool fixes_velocity(std::span<const std::string> fixed) {
+  return std::ranges::find(fixed, "velocity") != fixed.end();
 }
 
 }  // namespace trundle::calibration

@@ -16,4 +16,7 @@ using LagOf = std::optional<TimeOffset> (*)(const Recording& recording, const Ro
 std::optional<std::string> set_velocity_lag(std::span<const Recording> recordings, LagOf lag_of,
                                             const char* shown_by, Robot& robot);
 
+/// Whether all of a velocity is to stay as it is given, its lag too: `--fix velocity`.
+[[nodiscard]] bool fixes_velocity(std::span<const std::string> fixed);
+
 }  // namespace trundle::calibration

@@ -244,8 +244,10 @@ CalibrationResult calibrate_from_landmarks(std::span<const Recording> training,
   const bool only_noise = parameters.empty() && options.learn_noise;
   if (!only_noise) require_something_free(parameters, training, nominal);
   Robot start = nominal;
-  const std::optional<std::string> lag = calibration::set_velocity_lag(
-      training, recording::velocity_lag_by_sightings, "how bearings change as the robot moves", start);
+  std::optional<std::string> lag;
+  if (!calibration::fixes_velocity(options.fix))
+    lag = calibration::set_velocity_lag(training, recording::velocity_lag_by_sightings,
+                                        "how bearings change as the robot moves", start);
   const std::optional<std::string> sensor_clock = prepare_sensor_clock(training, parameters, start);
   const std::optional<std::string> gyro_noise = set_gyro_noise(training, start);
   AssociatedFit found = fit_in_turn(training, start, parameters);
