@@ -9,10 +9,12 @@
 #include "trundle/calibration/calibrate.hpp"
 #include "trundle/calibration/likelihood/relative_likelihood.hpp"
 #include "trundle/calibration/likelihood/relative_table.hpp"
+#include "trundle/calibration/preparation/velocity_lag.hpp"
 #include "trundle/calibration/problem/defaults.hpp"
 #include "trundle/calibration/solve/estimator.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/odometry/integrate.hpp"
+#include "trundle/recording/velocity_lag.hpp"
 #include "trundle/statistics/distribution.hpp"
 
 #include "calibration/velocity_runs.hpp"
@@ -209,9 +211,29 @@ TEST(VelocityCalibration, ARobotThatLagsBehindWhatItIsToldTurnsByAsMuch) {
   EXPECT_NEAR(yaw_scale->value, 0.95, 3.0 * yaw_scale->sigma_total);
   EXPECT_LT(yaw_scale->sigma_total, 0.01);
 
+  EXPECT_THAT(result.velocity_lag.value_or(""), testing::HasSubstr("in 1 recording"));
+
   const CalibrationResult fixed =
       calibrate({&recording, 1}, {}, test::told_robot(), {.free = {"reference.x"}, .fix = {"velocity"}});
   EXPECT_EQ(fixed.calibrated.chassis.velocity.lag_s, 0.0);
+}
+
+// One that says so by chance has the others against it; and a clock that was set with a lag of none keeps
+// time.
+TEST(VelocityCalibration, RecordingsSayTogetherWhetherARobotLags) {
+  std::vector<Recording> recordings;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed)
+    recordings.push_back(test::lagging_recording({.duration_s = 60.0}, seed));
+  Robot robot = test::told_robot();
+  EXPECT_FALSE(set_velocity_lag(recordings, recording::velocity_lag_by_reference, "the reference", robot));
+  EXPECT_EQ(robot.chassis.velocity.lag_s, 0.0);
+
+  robot.chassis.velocity.lag_s = 0.2;
+  robot.landmark_sensor->time_offset_s = -0.1;
+  EXPECT_TRUE(set_velocity_lag(recordings, recording::velocity_lag_by_reference, "the reference", robot));
+  EXPECT_NEAR(robot.chassis.velocity.lag_s, 0.0, 0.02);
+  EXPECT_NEAR(robot.landmark_sensor->time_offset_s, -0.3 + robot.chassis.velocity.lag_s, 1e-12);
+  EXPECT_EQ(robot.reference_time_offset_s, 0.0);
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 #include "trundle/recording/velocity_lag.hpp"
 
 #include <cmath>
+#include <cstdio>
 
-#include <boost/math/distributions/binomial.hpp>
 #include <gtest/gtest.h>
 
 #include "trundle/recording/alignment/align.hpp"
@@ -39,16 +39,45 @@ TEST(VelocityLag, MotionFollowsAStepExactly) {
   EXPECT_EQ(aligned.increments.size(), 6U);
 }
 
+/// What is left of a lag after a second goes at once, or a robot would never stand; nothing of it is lost.
+TEST(VelocityLag, ARobotThatWasStoppedComesToStand) {
+  Robot robot = told_robot();
+  robot.chassis.velocity.lag_s = 0.15;
+  Recording recording;
+  double told_rad = 0.0;
+  for (int i = 0; i <= 200; ++i) {
+    recording.velocity.time_s.push_back(0.02 * i);
+    recording.velocity.forward_m_s.push_back(i < 100 ? 0.4 : 0.0);
+    recording.velocity.yaw_rate_rad_s.push_back(i > 0 && i < 100 ? 0.5 : 0.0);
+    told_rad += 0.02 * recording.velocity.yaw_rate_rad_s.back();
+  }
+  double turned_rad = 0.0;
+  for (const Increment& increment : align(recording, robot).increments) {
+    turned_rad += increment.turned[1];
+    if (increment.time_s > 3.1) {
+      EXPECT_EQ(increment.turned[0], 0.0) << increment.time_s;
+      EXPECT_EQ(increment.turned[1], 0.0) << increment.time_s;
+    }
+  }
+  EXPECT_NEAR(turned_rad, told_rad, 1e-12);
+}
+
 TEST(VelocityLag, WithoutOneReadingsStayAsTheyAre) {
   const Recording recording = lagging_recording({.duration_s = 20.0}, 1);
   const AlignedReadings aligned = align(recording, told_robot());
   for (std::size_t i = 0; i < aligned.increments.size(); ++i) {
     const Increment& increment = aligned.increments[i];
     EXPECT_NEAR(increment.turned[0], recording.velocity.forward_m_s[i + 1] * increment.duration_s, 1e-12);
+    EXPECT_NEAR(increment.turned[1], recording.velocity.yaw_rate_rad_s[i + 1] * increment.duration_s, 1e-12);
   }
+  EXPECT_EQ(aligned.increments.size(), 1000U);
 }
 
 using LagBy = std::optional<TimeOffset> (*)(const Recording&, const Robot&);
+
+double in_sigmas(const TimeOffset& found, double lag_s) {
+  return (found.offset_s - lag_s) / found.sigma_s;
+}
 
 /// Commands, references and sightings at the rates that users have, and a delay besides.
 std::vector<LaggingDrive> lagging_drives() {
@@ -58,54 +87,52 @@ std::vector<LaggingDrive> lagging_drives() {
           {.lag_s = 0.2, .delay_s = 0.1, .turn_sigma_rad_sqrt_s = 0.02}};
 }
 
-TEST(VelocityLag, IsFoundWithinItsSigma) {
+TEST(VelocityLag, IsFoundWithinItsSigmaFromWhereverItIsSought) {
+  Robot robot = told_robot();
   for (const LagBy by : {velocity_lag_by_reference, velocity_lag_by_sightings}) {
     double squares = 0.0;
     int trials = 0;
     std::uint64_t seed = 1;
     for (const LaggingDrive& how : lagging_drives())
       for (int i = 0; i < test::trials(8, 1); ++i, ++seed) {
-        const auto lag = by(lagging_recording(how, seed), told_robot());
-        ASSERT_TRUE(lag) << how.lag_s << ", seed " << seed;
-        EXPECT_NEAR(lag->offset_s, how.lag_s, 4.0 * lag->sigma_s) << "seed " << seed;
-        EXPECT_LT(lag->sigma_s, 0.04);
-        squares += std::pow((lag->offset_s - how.lag_s) / lag->sigma_s, 2);
+        robot.chassis.velocity.lag_s = i % 2 == 0 ? 0.0 : 0.25;
+        const auto found = by(lagging_recording(how, seed), robot);
+        ASSERT_TRUE(found) << how.lag_s << ", seed " << seed;
+        EXPECT_LT(std::abs(in_sigmas(*found, how.lag_s)), 4.0) << how.lag_s << ", seed " << seed;
+        EXPECT_LT(found->sigma_s, 0.02);
+        squares += std::pow(in_sigmas(*found, how.lag_s), 2);
         ++trials;
       }
+    std::printf("squares of errors over their sigmas: %.2f of %d\n", squares / trials, trials);
     EXPECT_LT(squares, statistics::chi_squared_limit(1e-3, trials)) << trials;
   }
 }
 
-TEST(VelocityLag, IsNotFoundWhereThereIsNone) {
-  const int trials = test::trials(24, 2);
-  int found = 0;
+TEST(VelocityLag, IsFoundToBeNoneWhereThereIsNone) {
   for (const LagBy by : {velocity_lag_by_reference, velocity_lag_by_sightings})
-    for (std::uint64_t seed = 1; seed <= static_cast<std::uint64_t>(trials); ++seed)
-      if (const auto lag =
-              by(lagging_recording({.lag_s = 0.0, .delay_s = 0.1, .duration_s = 120.0}, seed), told_robot());
-          lag && is_off(*lag, 0.0)) {
-        ++found;
-        EXPECT_LT(lag->offset_s, 0.04);
+    for (std::uint64_t seed = 1; seed <= static_cast<std::uint64_t>(test::trials(24, 2)); ++seed) {
+      const auto found =
+          by(lagging_recording({.lag_s = 0.0, .delay_s = 0.1, .duration_s = 120.0}, seed), told_robot());
+      if (found) {
+        EXPECT_LT(found->offset_s, 0.05) << "seed " << seed;
       }
-  // Two sigmas, one-sided: once in 44; more than that with a chance of less than 1 in 1000.
-  const boost::math::binomial by_chance(2 * trials, 0.0228);
-  EXPECT_LE(found, boost::math::quantile(boost::math::complement(by_chance, 1e-3)));
+    }
 }
 
-TEST(VelocityLag, IsNotFoundInASecondsDrive) {
+TEST(VelocityLag, OfASecondsDriveThereIsNoneOrALargeSigma) {
   for (const double duration_s : {0.05, 1.0, 3.0, 8.0})
     for (const LagBy by : {velocity_lag_by_reference, velocity_lag_by_sightings})
-      if (const auto lag = by(lagging_recording({.lag_s = 0.2, .duration_s = duration_s}, 4), told_robot())) {
-        EXPECT_GE(duration_s, 8.0);
-        EXPECT_NEAR(lag->offset_s, 0.2, 4.0 * lag->sigma_s);
+      if (const auto found =
+              by(lagging_recording({.lag_s = 0.2, .duration_s = duration_s}, 4), told_robot())) {
+        EXPECT_LT(std::abs(in_sigmas(*found, 0.2)), 4.0) << duration_s;
       }
 }
 
-TEST(VelocityLag, IsThatOfTheRobotFileWhereItIsRight) {
+// No lag is sought beyond a second: that of the robot file stays.
+TEST(VelocityLag, ALongOneIsNotJudged) {
   Robot robot = told_robot();
-  robot.chassis.velocity.lag_s = 0.2;
-  const auto lag = velocity_lag_by_reference(lagging_recording({.lag_s = 0.2, .delay_s = 0.1}, 3), robot);
-  EXPECT_FALSE(lag && is_off(*lag, 0.2));
+  robot.chassis.velocity.lag_s = 1.5;
+  EXPECT_FALSE(velocity_lag_by_reference(lagging_recording({.lag_s = 1.5}, 3), robot));
 }
 
 }  // namespace

@@ -83,7 +83,8 @@ TEST(ScenarioFile, NoRobotLagsBehindWhatItIsTold) {
   EXPECT_THAT(error_of("[velocity]\nlag_s = 0.1\n", ""),
               testing::HasSubstr("robot.toml: [velocity] has a lag_s"));
   for (const char* section : {"[truth.velocity]", "[session_spread.velocity]"})
-    EXPECT_THAT(error_of("[noise]\n", std::string(section) + "\nlag_s = 0.1\n"), testing::HasSubstr("lag_s"));
+    EXPECT_THAT(error_of("[noise]\n", std::string(section) + "\nlag_s = 0.1\n"),
+                testing::HasSubstr("velocity has a lag_s"));
 }
 
 TEST(ScenarioFile, TruthDiffersWhereItSaysSo) {

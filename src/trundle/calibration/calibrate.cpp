@@ -185,7 +185,9 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   if (options.learn_noise) add_learned_noise(ready.runs, result);
   result.gyro_clock = ready.gyro_clock;
   result.reference_clocks = words_of_clocks(ready.runs, ready.reference_clock);
-  for (const auto& words : {ready.velocity_lag, result.gyro_clock, ready.gyro_noise, result.reference_clocks})
+  result.velocity_lag = ready.velocity_lag;
+  for (const auto& words :
+       {result.velocity_lag, result.gyro_clock, ready.gyro_noise, result.reference_clocks})
     if (words) note(*words, result);
   result.gyro_biases = words_of_biases(ready.runs, estimate.gyro_biases);
   if (result.gyro_biases) note(*result.gyro_biases, result);

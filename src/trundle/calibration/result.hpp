@@ -125,7 +125,9 @@ struct CalibrationResult {
   std::vector<ParameterOffer> offers;               ///< those that are significant
   std::vector<std::string> warnings;
   std::vector<std::string> notes;  ///< good to know, nothing to act on
-  /// Those of the notes that say how clocks were set by the logs; nothing: they stay as given.
+  /// Those of the notes that say how a velocity's lag and clocks were set by the logs; nothing: they stay as
+  /// given.
+  std::optional<std::string> velocity_lag = {};
   std::optional<std::string> gyro_clock;
   std::optional<std::string> reference_clocks;
   std::optional<std::string> sensor_clock;

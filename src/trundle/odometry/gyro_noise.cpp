@@ -61,9 +61,12 @@ bool rests_at(const Recording& recording, std::size_t row) {
                      });
 }
 
+// A motion that lags behind a velocity ends with it by exp(−7), a thousandth.
+constexpr double kLagsToStop = 7.0;
+
 /// Rests of at least a second, without the moment of stopping and starting.
-std::vector<Rest> rests_of(const Recording& recording, double gyro_later_s) {
-  constexpr double kMargin = 0.2;  // [s]
+std::vector<Rest> rests_of(const Recording& recording, double gyro_later_s, double lag_s) {
+  const double margin_s = 0.2 + kLagsToStop * lag_s;
   const auto& time_s = recording.wheels.time_s.empty() ? recording.velocity.time_s : recording.wheels.time_s;
   const double longest_s = longest_step(recording.gyro.time_s);
   std::vector<Rest> rests;
@@ -73,9 +76,9 @@ std::vector<Rest> rests_of(const Recording& recording, double gyro_later_s) {
   for (std::size_t first = 0; first < time_s.size();) {
     std::size_t last = first;
     while (last + 1 < time_s.size() && rests_at(recording, last + 1)) ++last;
-    if (time_s[last] - time_s[first] >= kShortest_s + 2.0 * kMargin)
-      append_rests(recording.gyro, time_s[first] + kMargin - gyro_later_s,
-                   time_s[last] - kMargin - gyro_later_s, longest_s, rests);
+    if (time_s[last] - time_s[first] >= kShortest_s + 2.0 * margin_s)
+      append_rests(recording.gyro, time_s[first] + margin_s - gyro_later_s,
+                   time_s[last] - margin_s - gyro_later_s, longest_s, rests);
     first = last + 1;
   }
   return rests;
@@ -174,10 +177,10 @@ double GyroNoise::degrees_of_freedom() const {
   return noise_sigma > 0.0 ? 0.5 * std::pow(noise_rad_s_sqrt_hz / noise_sigma, 2) : 0.0;
 }
 
-std::optional<GyroNoise> gyro_noise(const Recording& recording, double gyro_later_s) {
+std::optional<GyroNoise> gyro_noise(const Recording& recording, double gyro_later_s, double lag_s) {
   if (recording.gyro.time_s.size() < 2) return std::nullopt;
   const double step_s = median_step(recording.gyro.time_s);
-  std::vector<Rest> rests = rests_of(recording, gyro_later_s);
+  std::vector<Rest> rests = rests_of(recording, gyro_later_s, lag_s);
   if (rests.empty()) return std::nullopt;
   const double rounded = rounded_variance(resolution_of(rests));
   rests = undisturbed(rests, step_s, rounded);
@@ -208,7 +211,8 @@ std::optional<GyroNoise> gyro_noise(const Recording& recording, double gyro_late
 std::optional<GyroNoise> gyro_noise(const Recording& recording, const Chassis& chassis) {
   if (recording.wheels.time_s.empty() && recording.velocity.time_s.empty()) return std::nullopt;
   return gyro_noise(recording,
-                    (chassis.gyro ? chassis.gyro->time_offset_s : 0.0) - chassis.wheels_time_offset_s);
+                    (chassis.gyro ? chassis.gyro->time_offset_s : 0.0) - chassis.wheels_time_offset_s,
+                    chassis.velocity.lag_s);
 }
 
 bool is_louder(const GyroNoise& noise, double density) {

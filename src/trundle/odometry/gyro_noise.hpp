@@ -27,9 +27,10 @@ struct GyroNoise {
   double degrees_of_freedom() const;
 };
 /// Nothing when the robot never rests while the gyro runs. `gyro_later_s`: what is added to the gyro's stamps
-/// for them to be those of the wheels. A rest in which the gyro scatters twice as much as in most of them is
-/// none: somebody pushes the robot, or carries it away.
-std::optional<GyroNoise> gyro_noise(const Recording& recording, double gyro_later_s = 0.0);
+/// for them to be those of the wheels; `lag_s`: of the motion behind a velocity. A rest in which the gyro
+/// scatters twice as much as in most of them is none: somebody pushes the robot, or carries it away.
+std::optional<GyroNoise> gyro_noise(const Recording& recording, double gyro_later_s = 0.0,
+                                    double lag_s = 0.0);
 /// With the clocks of this robot; nothing where neither wheels nor a velocity say that it rests.
 std::optional<GyroNoise> gyro_noise(const Recording& recording, const Chassis& chassis);
 

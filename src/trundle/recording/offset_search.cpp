@@ -234,12 +234,9 @@ bool speak_of_one_motion(const Comparison& comparison, const OffsetSearch& searc
   return std::abs(comparison.correlation()) >= search.least_correlation;
 }
 
-// No robot lags by more [s].
+// No robot lags by as much [s].
 constexpr double kLongestLag_s = 1.0;
 constexpr double kFinestLag_s = 1e-3;
-// Sigmas: by chance in one of 44 robots without a lag, and then it is small. One that is missed makes all
-// turns too small.
-constexpr double kTold = 2.0;
 
 /// Two clocks at one lag, set as well as can be.
 class SetClocks {
@@ -296,6 +293,7 @@ std::optional<TimeOffset> find_offset(ClockComparison comparison) {
 }
 
 std::optional<TimeOffset> find_lag(const LaggingClocks& with_lag, double given_s) {
+  if (given_s >= kLongestLag_s) return std::nullopt;
   std::optional<ClockComparison> given = with_lag(given_s);
   if (!given) return std::nullopt;
   const OffsetSearch search = given->search;
@@ -322,15 +320,13 @@ std::optional<TimeOffset> find_lag(const LaggingClocks& with_lag, double given_s
   rough.leave_out_slip();
   windows = rough.windows();
   const double lag_s = least(), step_s = 0.5 * lag_s;
+  if (lag_s > 0.95 * kLongestLag_s) return std::nullopt;
   SetClocks before = set_with(lag_s - step_s), here = set_with(lag_s), after = set_with(lag_s + step_s);
   if (!after.has_enough()) return std::nullopt;  // it has those that all have
   const Comparison best = here.at(windows);
-  const double sigma = sigma_of(before.at(windows), best, after.at(windows), step_s);
-  // Beside a delay a lag acts by its square: that is what is normally distributed.
-  const double sigma_of_square = 2.0 * lag_s * sigma;
-  const bool told = sigma <= search.largest_sigma_s &&
-                    std::abs(lag_s * lag_s - given_s * given_s) > kTold * sigma_of_square;
-  if (!told) return std::nullopt;
+  const double sigma =
+      std::hypot(sigma_of(before.at(windows), best, after.at(windows), step_s), search.least_sigma_s);
+  if (!std::isfinite(sigma)) return std::nullopt;
   return TimeOffset{lag_s, sigma, best.correlation()};
 }
 

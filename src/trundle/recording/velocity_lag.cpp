@@ -4,7 +4,6 @@
 #include <span>
 
 #include "trundle/recording/alignment/align.hpp"
-#include "trundle/recording/csv/detail/table.hpp"
 #include "trundle/recording/detail/clock_comparison.hpp"
 
 namespace trundle::recording {
@@ -19,10 +18,7 @@ std::optional<TimeOffset> lag_by(const Recording& recording, const Robot& robot,
     lagging.chassis.velocity.lag_s = lag_s;
     return compare(align(recording, lagging), lagging);
   };
-  std::optional<TimeOffset> lag = find_lag(with_lag, robot.chassis.velocity.lag_s);
-  // When within a row a command was given no row says: that blurs as a lag does.
-  if (lag) lag->least_s = median_step(recording.velocity.time_s);
-  return lag;
+  return find_lag(with_lag, robot.chassis.velocity.lag_s);
 }
 
 }  // namespace

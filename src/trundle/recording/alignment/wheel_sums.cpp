@@ -20,6 +20,9 @@ double units_per_turn_of(const Wheel& wheel, WheelUnit unit, const std::string& 
                    "ticks_per_revolution: its readings are counts");
 }
 
+// What a lag has still to come is gone at once [m or rad].
+constexpr double kArrived = 1e-4;
+
 }  // namespace
 
 WheelSums::WheelSums(const Robot& robot, const Options& options)
@@ -77,6 +80,10 @@ void WheelSums::finish() {
 double WheelSums::mean_of_motion(Sum& sum, double read, double duration_s) const {
   if (lag_s_ == 0.0) return read;
   const double ahead = *sum.velocity - read;
+  if (std::abs(ahead) * lag_s_ < kArrived) {  // else a robot would never stand
+    sum.velocity = read;
+    return read + ahead * lag_s_ / duration_s;
+  }
   const double faded = -std::expm1(-duration_s / lag_s_);
   sum.velocity = read + ahead * (1.0 - faded);
   return read + ahead * faded * lag_s_ / duration_s;

@@ -48,7 +48,7 @@ struct ClockComparison {
 using LaggingClocks = std::function<std::optional<ClockComparison>(double lag_s)>;
 
 /// The lag with which, the clocks being set anew, least is left: as `offset_s`, and σ as of offsets. Nothing
-/// where it is not clearly less than with the lag that is given.
+/// where the sensors do not speak of the same motion, or the lag is as long as no robot's.
 [[nodiscard]] std::optional<TimeOffset> find_lag(const LaggingClocks& with_lag, double given_s);
 
 }  // namespace trundle::recording

@@ -262,6 +262,7 @@ CalibrationResult calibrate_from_landmarks(std::span<const Recording> training,
   const std::vector<Run> runs = prepare_runs(training, start);
   add_words(found, result);
   result.sensor_clock = sensor_clock;
+  result.velocity_lag = lag;
   for (const auto& words : {lag, sensor_clock, gyro_noise})
     if (words) note(*words, result);
   result.gyro_biases = words_of_biases(runs, estimate.gyro_biases);
