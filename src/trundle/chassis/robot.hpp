@@ -39,8 +39,8 @@ struct CalibratedParameter {
   double value = 0.0;
   double nominal = 0.0;
   double sigma_within = 0.0;  ///< from the noise of the runs alone
-  std::optional<double> sigma_between =
-      {};                   ///< session to session; nothing: unknown, fewer than two sessions
+  /// Session to session; nothing: unknown, fewer than two sessions.
+  std::optional<double> sigma_between = {};
   bool observable = false;  ///< false: stays as given
 };
 

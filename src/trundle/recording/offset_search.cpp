@@ -239,27 +239,24 @@ constexpr double kLongestLag_s = 1.0;
 constexpr double kFinestLag_s = 1e-3;
 
 /// Two clocks at one lag, set as well as can be.
-class SetClocks {
- public:
-  SetClocks(TwoClocks clocks, const std::vector<bool>& windows, double near_s, const OffsetSearch& search)
-      : compare_(std::move(clocks)) {
-    compare_.use(windows);
-    offset_s_ = search_from(compare_, near_s, 4.0 * search.step_s, search.step_s);
-  }
-  Comparison at(const std::vector<bool>& windows) {
-    compare_.use(windows);
-    return compare_.at(offset_s_);
-  }
-  void leave_out_slip() { compare_.leave_out_slip(offset_s_); }
-  const std::vector<bool>& windows() const { return compare_.windows(); }
-  bool has_enough() const { return compare_.has_enough(); }
+struct SetClocks {
+  Comparer compare;
+  double offset_s;
 
- private:
-  Comparer compare_;
-  double offset_s_;
+  Comparison in(const std::vector<bool>& windows) {
+    compare.use(windows);
+    return compare.at(offset_s);
+  }
 };
 
 }  // namespace
+
+std::vector<TimeOffset> offsets_of(std::span<const Recording> recordings, const OffsetOf& offset_of) {
+  std::vector<TimeOffset> offsets;
+  for (const Recording& recording : recordings)
+    if (const auto offset = offset_of(recording)) offsets.push_back(*offset);
+  return offsets;
+}
 
 std::optional<TimeOffset> mean_of(std::span<const TimeOffset> offsets) {
   if (offsets.empty()) return std::nullopt;
@@ -304,28 +301,29 @@ std::optional<TimeOffset> find_lag(const LaggingClocks& with_lag, double given_s
 
   std::vector<bool> windows = as_given.windows();
   const auto set_with = [&](double lag_s) {  // of a lag most is a delay: the clocks make up for that
-    SetClocks set(with_lag(lag_s).value().clocks, windows, *offset_s + lag_s - given_s, search);
-    windows = set.windows();  // those that all lags reach
-    return set;
+    Comparer compare(with_lag(lag_s).value().clocks);
+    compare.use(windows);
+    const double set_s =
+        search_from(compare, *offset_s + lag_s - given_s, 4.0 * search.step_s, search.step_s);
+    windows = compare.windows();  // those that all lags reach
+    return SetClocks{std::move(compare), set_s};
   };
   const auto least = [&] {
-    return minimum_within({0.0, kLongestLag_s, kFinestLag_s}, [&](double lag_s) {
-      SetClocks set = set_with(lag_s);
-      return set.at(windows).misfit();
-    });
+    return minimum_within({0.0, kLongestLag_s, kFinestLag_s},
+                          [&](double lag_s) { return set_with(lag_s).in(windows).misfit(); });
   };
   const double rough_s = least();
   windows = all;  // where the lag was wrong its starts and stops passed for slip
   SetClocks rough = set_with(rough_s);
-  rough.leave_out_slip();
-  windows = rough.windows();
+  rough.compare.leave_out_slip(rough.offset_s);
+  windows = rough.compare.windows();
   const double lag_s = least(), step_s = 0.5 * lag_s;
   if (lag_s > 0.95 * kLongestLag_s) return std::nullopt;
   SetClocks before = set_with(lag_s - step_s), here = set_with(lag_s), after = set_with(lag_s + step_s);
-  if (!after.has_enough()) return std::nullopt;  // it has those that all have
-  const Comparison best = here.at(windows);
+  if (!after.compare.has_enough()) return std::nullopt;  // it has those that all have
+  const Comparison best = here.in(windows);
   const double sigma =
-      std::hypot(sigma_of(before.at(windows), best, after.at(windows), step_s), search.least_sigma_s);
+      std::hypot(sigma_of(before.in(windows), best, after.in(windows), step_s), search.least_sigma_s);
   if (!std::isfinite(sigma)) return std::nullopt;
   return TimeOffset{lag_s, sigma, best.correlation()};
 }

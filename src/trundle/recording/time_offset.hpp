@@ -1,7 +1,9 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "trundle/chassis/robot.hpp"
 #include "trundle/recording/alignment/align.hpp"
@@ -62,6 +64,11 @@ inline constexpr TimeOffsetOptions kSightingClock = {
 std::optional<TimeOffset> sighting_time_offset(const std::vector<Sighting>& sightings,
                                                const AlignedReadings& readings, const Robot& robot,
                                                const TimeOffsetOptions& options = kSightingClock);
+
+/// What each recording says, of those that say anything.
+using OffsetOf = std::function<std::optional<TimeOffset>(const Recording&)>;
+[[nodiscard]] std::vector<TimeOffset> offsets_of(std::span<const Recording> recordings,
+                                                 const OffsetOf& offset_of);
 
 /// What several logs that have one clock say of it, by the weights of their sigmas; nothing: there is none.
 [[nodiscard]] std::optional<TimeOffset> mean_of(std::span<const TimeOffset> offsets);

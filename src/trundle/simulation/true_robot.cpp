@@ -123,14 +123,14 @@ void scatter(const std::array<NumberKey<T>, n>& keys, const T& sigma, T& target,
 }  // namespace
 
 Robot read_truth(const Section& file, const Robot& nominal) {
+  if (nominal.chassis.velocity.lag_s != 0.0)
+    throw InputError(place_of(nominal), "[velocity] has a lag_s", std::string(kNoLag));
   Robot truth = nominal;
   truth.calibration.reset();
-  if (const auto section = table(file, "truth", "[truth]")) {
-    if (const auto track = read_track(*section, nominal)) set_value(kTrack, *track, truth);
-    read_robot_numbers(*section, truth);
-  }
-  if (truth.chassis.velocity.lag_s != 0.0)
-    throw InputError(place_of(nominal), "[velocity] has a lag_s", std::string(kNoLag));
+  const auto section = table(file, "truth", "[truth]");
+  if (!section) return truth;
+  if (const auto track = read_track(*section, nominal)) set_value(kTrack, *track, truth);
+  read_robot_numbers(*section, truth);
   return truth;
 }
 

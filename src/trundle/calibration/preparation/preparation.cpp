@@ -31,9 +31,8 @@ constexpr double kClocksDiffer = 0.01;
 
 /// Sets the gyro's clock by the logs, where they show it wrong. Returns what was done, in words.
 std::optional<std::string> set_gyro_clock(std::span<const Recording> recordings, Robot& robot) {
-  std::vector<TimeOffset> offsets;
-  for (const Recording& recording : recordings)
-    if (const auto offset = gyro_time_offset(recording, robot)) offsets.push_back(*offset);
+  const std::vector<TimeOffset> offsets =
+      offsets_of(recordings, [&](const Recording& recording) { return gyro_time_offset(recording, robot); });
   const auto mean = mean_of(offsets);
   if (!mean) return std::nullopt;
   double& time_offset_s = robot.chassis.gyro->time_offset_s;
@@ -48,10 +47,9 @@ std::optional<std::string> set_gyro_clock(std::span<const Recording> recordings,
 /// Where one offset of the reference's clock is sought for all runs: from what they say in the mean, for the
 /// search would find a minimum beside the right one.
 void start_reference_clock(std::span<const Recording> recordings, Robot& robot) {
-  std::vector<TimeOffset> offsets;
-  for (const Recording& recording : recordings)
-    if (const auto offset = reference_time_offset(recording.reference, align(recording, robot), robot))
-      offsets.push_back(*offset);
+  const std::vector<TimeOffset> offsets = offsets_of(recordings, [&](const Recording& recording) {
+    return reference_time_offset(recording.reference, align(recording, robot), robot);
+  });
   if (const auto mean = mean_of(offsets)) robot.reference_time_offset_s = mean->offset_s;
 }
 

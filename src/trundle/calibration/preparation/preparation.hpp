@@ -34,8 +34,8 @@ struct PrepareOptions {
   bool keeps_lag = false;  ///< of a velocity, as the robot file has it
 };
 
-/// Throws CannotAnswer where gyro and wheels turn opposite ways and no
-/// reference tells which is right, or where a unit is wrong.
+/// Throws CannotAnswer where gyro and wheels turn opposite ways and no reference tells which is right, or
+/// where a unit is wrong.
 [[nodiscard]] Preparation prepare(std::span<const Recording> recordings, const Robot& given,
                                   const PrepareOptions& options = {});
 

@@ -47,14 +47,10 @@ void move_clocks(double step_s, Robot& robot) {
 std::optional<std::string> set_velocity_lag(std::span<const Recording> recordings, LagOf lag_of,
                                             const char* shown_by, Robot& robot) {
   double& lag_s = robot.chassis.velocity.lag_s;
-  std::vector<TimeOffset> told;
-  std::size_t asked = 0;
-  for (const Recording& recording : recordings) {
-    const std::optional<TimeOffset> lag = lag_of(recording, robot);
-    if (!lag) continue;
-    ++asked;
-    if (is_told(*lag, lag_s)) told.push_back(*lag);
-  }
+  std::vector<TimeOffset> told =
+      offsets_of(recordings, [&](const Recording& recording) { return lag_of(recording, robot); });
+  const std::size_t asked = told.size();
+  std::erase_if(told, [&](const TimeOffset& lag) { return !is_told(lag, lag_s); });
   if (2 * told.size() <= asked) return std::nullopt;
   const TimeOffset found = *mean_of(told);
   if (std::abs(found.offset_s - lag_s) <= longest_row_s(recordings)) return std::nullopt;

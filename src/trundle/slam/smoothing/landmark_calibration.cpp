@@ -95,12 +95,10 @@ std::vector<AssociatedRecording> associated(std::span<const Recording> recording
 
 /// What the logs say of the sensor's clock together.
 std::optional<TimeOffset> sensor_clock_of(std::span<const Recording> recordings, const Robot& robot) {
-  std::vector<TimeOffset> offsets;
-  if (robot.landmark_sensor)
-    for (const Recording& recording : recordings)
-      if (const auto offset = sighting_time_offset(recording.sightings, align(recording, robot), robot))
-        offsets.push_back(*offset);
-  return mean_of(offsets);
+  if (!robot.landmark_sensor) return std::nullopt;
+  return mean_of(offsets_of(recordings, [&](const Recording& recording) {
+    return sighting_time_offset(recording.sightings, align(recording, robot), robot);
+  }));
 }
 
 /// Sets the sensor's clock where the logs show it wrong, and where it is a parameter: a start beside it may
