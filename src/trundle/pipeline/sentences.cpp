@@ -60,7 +60,8 @@ std::string sentence_of(const LocalizeAnswer& answer) {
   for (const Matrix3& covariance : answer.result.trajectory.covariances)
     sigmas_m.push_back(position_sigma(covariance));
   return fmt::format("on a map of {}: localized {:.2f} s after the start, for {:.1f} s {}{}",
-                     counted(answer.landmarks, "landmark"), stretches.front().start_s, known_s,
+                     counted(answer.landmarks, "landmark"), stretches.front().start_s - answer.input.start_s,
+                     known_s,
                      stretches.size() == 1 ? "continuously" : "in " + counted(stretches.size(), "piece"),
                      median_sigma_of(std::move(sigmas_m)));
 }

@@ -1,0 +1,201 @@
+#include "trundle/recording/detail/comparer.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "trundle/geometry/decompositions.hpp"
+#include "trundle/io/interruption.hpp"
+#include "trundle/statistics/median.hpp"
+#include "trundle/statistics/minimum.hpp"
+
+namespace trundle::recording {
+namespace {
+
+constexpr std::size_t kFewestWindows = 20;  // so many unrelated ones correlate by 0.5 in 1 of 40 cases
+constexpr double kLargestResidual = 4.0;    // robust sigmas: beyond, a wheel slips
+constexpr Eigen::Index kLags = 10;          // windows over which residuals may hang together
+constexpr double kFinest_s = 2e-5;          // of the search: far below the sigma of any log
+
+using Vector = Eigen::VectorXd;
+
+/// Of a sum of values that may hang together over some windows [Newey & West 1987]; at least a quarter of
+/// what it were if they did not.
+double variance_of_sum(const Vector& values) {
+  const double own = values.squaredNorm();
+  double variance = own;
+  for (Eigen::Index lag = 1; lag <= std::min(kLags, values.size() - 1); ++lag)
+    variance += 2.0 * (1.0 - static_cast<double>(lag) / (kLags + 1.0)) *
+                values.head(values.size() - lag).dot(values.tail(values.size() - lag));
+  return std::max(variance, 0.25 * own);
+}
+
+/// The entries of the windows that are used.
+Vector used_of(const Vector& values, const std::vector<bool>& used) {
+  Vector result(std::ranges::count(used, true));
+  Eigen::Index n = 0;
+  for (std::size_t w = 0; w < used.size(); ++w)
+    if (used[w]) result[n++] = values[static_cast<Eigen::Index>(w)];
+  return result;
+}
+
+/// Beyond it no noise explains a residual; 0 where most have none.
+double largest_residual(const Regression& channel) {
+  std::vector<double> sizes(channel.residual.size());
+  for (std::size_t i = 0; i < sizes.size(); ++i)
+    sizes[i] = std::abs(channel.residual[static_cast<Eigen::Index>(i)]);
+  return kLargestResidual * kSigmaOfMedian * median(sizes);
+}
+
+Regression regress(const Vector& fixed, const Vector& moved, const Vector& duration_s) {
+  Regression result;
+  if (moved.size() < 2) return result;
+  result.design.resize(moved.size(), 2);
+  result.design << moved, duration_s;
+  const Vector coefficients = least_squares(result.design, fixed);
+  result.slope = coefficients[0];
+  result.residual = fixed - result.design * coefficients;
+  const Vector w = fixed - duration_s * (fixed.dot(duration_s) / duration_s.squaredNorm());
+  const Vector o = moved - duration_s * (moved.dot(duration_s) / duration_s.squaredNorm());
+  const double norms = w.norm() * o.norm();
+  result.correlation = norms > 0.0 ? w.dot(o) / norms : 0.0;
+  return result;
+}
+
+/// The least misfit within a step of where it was seen.
+double minimum_near(Comparer& compare, double offset_s, double step_s) {
+  return minimum_within({offset_s - step_s, offset_s + step_s, kFinest_s},
+                        [&](double at_s) { return compare.at(at_s).misfit(); });
+}
+
+/// The minimum nearest to the given offset of those that are not clearly worse than the best: who drives laps
+/// sees as good a one a lap later.
+double nearest_of_the_best(Comparer& compare, double best_s, const OffsetSearch& search) {
+  const auto misfit = [&](double offset_s) { return compare.at(offset_s).misfit(); };
+  const double away_s = std::abs(best_s - search.given_s);
+  for (double distance_s = 0.0; distance_s < away_s - search.step_s; distance_s += search.step_s)
+    for (const double centre_s : {search.given_s + distance_s, search.given_s - distance_s}) {
+      const Comparison centre = compare.at(centre_s);
+      if (std::abs(centre.correlation()) < search.least_correlation ||
+          centre.misfit() > misfit(centre_s - search.step_s) ||
+          centre.misfit() > misfit(centre_s + search.step_s))
+        continue;
+      const double offset_s = minimum_near(compare, centre_s, search.step_s);
+      if (!compare.is_clearly_better(best_s, offset_s)) return offset_s;
+    }
+  return best_s;
+}
+
+}  // namespace
+
+double Regression::mean_square() const {
+  return residual.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(residual.size(), 1));
+}
+
+double Comparison::misfit() const {
+  double product = 1.0;
+  for (const Regression& channel : channels) product *= channel.mean_square();
+  return product;
+}
+
+double Comparison::correlation() const {
+  double best = 0.0;
+  for (const Regression& channel : channels)
+    if (std::abs(channel.correlation) > std::abs(best)) best = channel.correlation;
+  return best;
+}
+
+Comparison Comparer::at(double offset_s) {
+  check_interruption();
+  const std::vector<Vector> others = clocks_.moved(offset_s, clocks_.used);
+  const Vector duration_s = used_of(clocks_.duration_s, clocks_.used);
+  Comparison comparison;
+  for (std::size_t c = 0; c < others.size(); ++c)
+    comparison.channels.push_back(
+        regress(used_of(clocks_.fixed[c], clocks_.used), used_of(others[c], clocks_.used), duration_s));
+  return comparison;
+}
+
+bool Comparer::has_enough() const {
+  return std::ranges::count(clocks_.used, true) >= static_cast<std::ptrdiff_t>(kFewestWindows);
+}
+
+void Comparer::leave_out_slip(double offset_s) {
+  const std::vector<bool> before = clocks_.used;
+  for (const Regression& channel : at(offset_s).channels) {
+    const double limit = largest_residual(channel);
+    if (!(limit > 0.0)) continue;
+    Eigen::Index n = 0;
+    for (std::size_t w = 0; w < before.size(); ++w)
+      if (before[w] && std::abs(channel.residual[n++]) > limit) clocks_.used[w] = false;
+  }
+}
+
+bool Comparer::is_clearly_better(double offset_s, double other_s) {
+  static_cast<void>(at(offset_s));  // the windows of both
+  const Comparison there = at(other_s);
+  const Comparison here = at(offset_s);
+  Vector gain = Vector::Zero(here.channels.front().residual.size());
+  for (std::size_t c = 0; c < here.channels.size(); ++c) {
+    const double limit = largest_residual(here.channels[c]);
+    if (!(limit > 0.0)) continue;
+    const auto squares = [&](const Regression& channel) -> Vector {
+      return channel.residual.cwiseAbs().cwiseMin(limit).cwiseAbs2();
+    };
+    gain += (squares(there.channels[c]) - squares(here.channels[c])) / (limit * limit);
+  }
+  const double sum = gain.sum();
+  const Vector scatter = gain.array() - sum / static_cast<double>(gain.size());
+  return sum > kSignificant * std::sqrt(variance_of_sum(scatter));
+}
+
+double search_from(Comparer& compare, double centre_s, double largest_s, double step_s) {
+  const auto misfit = [&](double offset_s) { return compare.at(offset_s).misfit(); };
+  double best = centre_s;
+  double smallest = misfit(centre_s);
+  for (double offset = centre_s - largest_s; offset <= centre_s + largest_s; offset += step_s) {
+    const double here = misfit(offset);
+    if (here < smallest) {
+      smallest = here;
+      best = offset;
+    }
+  }
+  return minimum_near(compare, best, step_s);
+}
+
+std::optional<double> settled_offset(Comparer& compare, const OffsetSearch& search) {
+  if (!compare.has_enough()) return std::nullopt;
+  double offset = search_from(compare, search.given_s, search.largest_s, search.step_s);
+  if (!compare.has_enough()) return std::nullopt;  // the other sensor misses the rest
+  offset = nearest_of_the_best(compare, offset, search);
+  compare.leave_out_slip(offset);
+  if (!compare.has_enough()) return std::nullopt;
+  return search_from(compare, offset, 4.0 * search.step_s, search.step_s);
+}
+
+bool speak_of_one_motion(const Comparison& comparison, const OffsetSearch& search) {
+  return std::abs(comparison.correlation()) >= search.least_correlation;
+}
+
+double sigma_of(const Comparison& before, const Comparison& here, const Comparison& after, double step_s) {
+  Vector score;
+  double information = 0.0;
+  for (std::size_t c = 0; c < here.channels.size(); ++c) {
+    const Regression& r = here.channels[c];
+    if (before.channels[c].residual.size() != r.residual.size() ||
+        after.channels[c].residual.size() != r.residual.size())
+      return INFINITY;
+    Vector d =
+        r.slope * (after.channels[c].design.col(0) - before.channels[c].design.col(0)) / (2.0 * step_s);
+    d -= r.design * least_squares(r.design, d);
+    const double weight = here.channels.front().mean_square() / r.mean_square();
+    if (c == 0) score = Vector::Zero(r.residual.size());
+    score += weight * r.residual.cwiseProduct(d);
+    information += weight *
+                   (before.channels[c].residual.squaredNorm() + after.channels[c].residual.squaredNorm() -
+                    2.0 * r.residual.squaredNorm()) /
+                   (2.0 * step_s * step_s);
+  }
+  return information > 0.0 ? std::sqrt(variance_of_sum(score)) / information : INFINITY;
+}
+
+}  // namespace trundle::recording
