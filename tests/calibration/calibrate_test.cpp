@@ -307,11 +307,13 @@ TEST(Calibrate, SessionsThatDifferWidenTheIntervals) {
   // The four tracks given have a standard deviation of 3.9 mm.
   EXPECT_NEAR(*parameter(result, "track").sigma_between, 0.0039, 0.0015);
   EXPECT_GT(*parameter(result, "track").sigma_between, 2.0 * parameter(result, "track").sigma_within);
-  // What is printed and what odometry carries along is one number: within, between, and the mean of four.
+  // What is printed and what odometry carries along is one number: within, between, and the mean of four;
+  // with three degrees of freedom Student's t is within 1.19688 in 68.27 %.
+  const double further = 1.1968814 * std::sqrt(1.25);
   Eigen::Index index = 0;
   for (const ParameterEstimate& e : result.parameters) {
     if (!e.observable) continue;
-    EXPECT_NEAR(e.sigma_total, std::hypot(e.sigma_within, *e.sigma_between * std::sqrt(1.25)), 1e-12)
+    EXPECT_NEAR(e.sigma_total, std::hypot(e.sigma_within, *e.sigma_between * further), 1e-6 * e.sigma_total)
         << e.name;
     EXPECT_DOUBLE_EQ(e.sigma_total, std::sqrt(result.covariance_total(index, index))) << e.name;
     ++index;

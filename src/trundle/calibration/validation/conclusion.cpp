@@ -36,7 +36,7 @@ Eigen::MatrixXd total_covariance(const Estimate& estimate, const SessionSpread& 
                                  std::span<const Parameter> parameters) {
   const Eigen::MatrixXd one_session = estimate.covariance + estimate.held_covariance;
   Eigen::MatrixXd total = one_session;
-  if (spread.covariance.size() > 0) total += spread.covariance * (1.0 + 1.0 / spread.calibrated);
+  if (spread.covariance.size() > 0) total += spread.of_a_further_session();
   for (std::size_t j = 0; j < parameters.size(); ++j) {
     const auto k = static_cast<Eigen::Index>(j);
     if (parameters[j] == kGyroBias && estimate.space.estimates(static_cast<int>(j)))

@@ -14,6 +14,8 @@ namespace {
 // From which another is predicted: the spread of two has one degree of freedom, and Student's t is 12.7 then.
 constexpr std::size_t kFewestSessionsToLearnFrom = 3;
 
+constexpr double kOutsideOneSigma = 0.317310507862914;  // of a normal distribution
+
 struct SessionEstimate {
   Eigen::VectorXd value;
   Eigen::VectorXd sigma;
@@ -62,6 +64,12 @@ void predict_each_from_the_others(const std::vector<SessionEstimate>& estimates,
 }
 
 }  // namespace
+
+Eigen::MatrixXd SessionSpread::of_a_further_session() const {
+  const double k = calibrated;
+  const double t = student_t_limit(kOutsideOneSigma, k - 1.0);
+  return t * t * (1.0 + 1.0 / k) * covariance;
+}
 
 SessionSpread session_spread(const CalibrationProblem& problem, const EstimableSpace& space) {
   std::set<std::string> sessions;

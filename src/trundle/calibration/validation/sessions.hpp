@@ -20,6 +20,10 @@ struct SessionSpread {
   /// mean ± t √(s_b² (1 + 1/k) + σ_w²), parameter by parameter.
   int trials = 0;
   int hits = 0;
+
+  /// Covariance of a further session's parameters about the mean of these, so wide that 1 σ holds in 68 %: of
+  /// few sessions the spread itself is not well known (Student's t).
+  [[nodiscard]] Eigen::MatrixXd of_a_further_session() const;
 };
 
 [[nodiscard]] SessionSpread session_spread(const CalibrationProblem& problem, const EstimableSpace& space);
