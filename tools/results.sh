@@ -46,6 +46,9 @@ done
 section "pods, all wheels: every session in turn is learned from"
 python3 "$repository/tools/pods_results.py" "$trundle" "$out"
 
+section "covariance on other days: learned from 1, 2, 3 and all other sessions"
+python3 "$repository/tools/held_out.py" "$trundle" "$out"
+
 section "warthog_drive: asphalt, gravel, ice"
 python3 "$repository/tools/warthog_recordings.py" "$data" "$out/warthog"
 python3 "$repository/tools/warthog_results.py" "$trundle" "$out/warthog"

@@ -12,7 +12,7 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr double kNoVariance = 1e-12;  // of a direction, in units in which each parameter's is 1
+constexpr double kNoVariance = 1e-14;  // of a direction, of that of the largest: rounding leaves as much
 
 bool moves_the_body(const Parameter& parameter) {
   if (is_of_landmark_sensor(parameter.kind)) return false;
@@ -27,14 +27,16 @@ bool moves_the_body(const Parameter& parameter) {
   }
 }
 
-/// L with L Lᵀ = covariance, the directions of largest variance first, those without any left out: by the
-/// correlations' eigenvectors, so that units do not matter.
-Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance, Index most) {
-  const Eigen::VectorXd sigma = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
-  const Eigen::VectorXd scale = (sigma.array() > 0.0).select(sigma.cwiseInverse(), 0.0);
-  const auto [variances, axes] = symmetric_eigen(scale.asDiagonal() * covariance * scale.asDiagonal());
-  const Index open = std::min<Index>((variances.array() > kNoVariance).count(), most);
-  return sigma.asDiagonal() * axes.rowwise().reverse().leftCols(open) *
+/// L with L Lᵀ = covariance, the directions of largest variance first, those without any left out. They are
+/// measured by how far off each parameter may be without any calibration (`scale`): of more than `most`,
+/// those that are given up are the ones that are known best, in whatever units.
+Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance, const Eigen::VectorXd& scale, Index most) {
+  const Eigen::VectorXd per_scale = scale.cwiseInverse();
+  const auto [variances, axes] =
+      symmetric_eigen(per_scale.asDiagonal() * covariance * per_scale.asDiagonal());
+  const double least = kNoVariance * variances.cwiseAbs().maxCoeff();
+  const Index open = std::min<Index>((variances.array() > least).count(), most);
+  return scale.asDiagonal() * axes.rowwise().reverse().leftCols(open) *
          variances.reverse().head(open).cwiseSqrt().asDiagonal();
 }
 
@@ -49,7 +51,11 @@ void add_calibrated(const Robot& robot, SystematicErrors& errors) {
     errors.units.emplace_back(unit_of(uncertain.parameters[i]));
   }
   if (moving.empty()) return;
-  errors.by_component = root_of(uncertain.covariance(moving, moving), kMostSystematic - errors.first_open());
+  Eigen::VectorXd scale(errors.parameters.size());
+  std::ranges::transform(errors.parameters, scale.begin(),
+                         [&](const Parameter& parameter) { return prior_sigma(parameter, robot); });
+  errors.by_component =
+      root_of(uncertain.covariance(moving, moving), scale, kMostSystematic - errors.first_open());
 }
 
 }  // namespace
