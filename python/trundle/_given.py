@@ -7,11 +7,12 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any, Callable, Optional, Union
 
-from ._trundle import JointSlam, Recording, Robot, Slam
+from ._trundle import JointSlam, Merge, Recording, Robot, Slam
 
 Path = Union[str, "os.PathLike[str]"]
 Start = tuple[float, float, float]  # x and y [m], heading [degrees]
 Runs = Union[Path, Recording, Iterable[Union[Path, Recording]]]
+Map = Union[Slam, JointSlam, Merge]
 
 
 def recording_of(given: Union[Path, Recording]) -> Recording:
@@ -24,7 +25,7 @@ def robot_of(given: Union[Path, Robot]) -> Robot:
 
 def many(given: Any) -> list[Any]:
     """One, or several of them."""
-    one = (str, os.PathLike, Recording, Robot, Slam, JointSlam)
+    one = (str, os.PathLike, Recording, Robot, Slam, JointSlam, Merge)
     return [given] if isinstance(given, one) else list(given)
 
 
@@ -43,7 +44,7 @@ def given_paths() -> Iterator[Callable[[Any], list[str]]]:
 
         def path(given: Any) -> str:
             nonlocal written
-            if not isinstance(given, (Recording, Robot, Slam, JointSlam)):
+            if not isinstance(given, (Recording, Robot, Slam, JointSlam, Merge)):
                 return os.fspath(given)
             if isinstance(given, Recording) and given.path:
                 return given.path
@@ -54,3 +55,9 @@ def given_paths() -> Iterator[Callable[[Any], list[str]]]:
             return place
 
         yield lambda given: [] if given is None else [path(one) for one in many(given)]
+
+
+def map_file(given: Any, paths: Callable[[Any], list[str]]) -> Any:
+    """Of a map that was found its landmarks.csv, by `given_paths`; of a path that path."""
+    found = isinstance(given, (Slam, JointSlam, Merge))
+    return os.path.join(paths(given)[0], "landmarks.csv") if found else given

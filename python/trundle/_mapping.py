@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import Optional, Union
 
 from . import _trundle
-from ._given import Path, Runs, Start, given_paths, many, recording_of, robot_of, text_of
+from ._given import Map, Path, Runs, Start, given_paths, many, map_file, recording_of, robot_of, text_of
 from ._trundle import JointSlam, Localization, Merge, Recording, Robot, Slam, Step
 
 
@@ -180,12 +180,12 @@ def slam_together(
     )
 
 
-def merge(maps: Iterable[Union[Path, Slam, JointSlam]], *, unknown_ids: bool = False) -> Merge:
+def merge(maps: Iterable[Union[Path, Map]], *, unknown_ids: bool = False) -> Merge:
     """Merges maps of several robots or runs into one, in the frame of the first.
 
-    `maps`: folders with landmarks.csv, such files, or what `slam` and `slam_together` found, which is written
-    to a file first, whose path is what the result names. `unknown_ids` forgets the landmarks' names: which is
-    which follows from how they lie. docs/together.md.
+    `maps`: folders with landmarks.csv, such files, or what `slam`, `slam_together` and `merge` found, which is
+    written to a file first, whose path is what the result names. `unknown_ids` forgets the landmarks' names:
+    which is which follows from how they lie. docs/together.md.
 
     >>> import trundle
     >>> a, b = (trundle.slam(f"data/demo/session_0{i}/tour", "data/demo/robot.toml") for i in (2, 3))
@@ -200,7 +200,7 @@ def merge(maps: Iterable[Union[Path, Slam, JointSlam]], *, unknown_ids: bool = F
 def localize(
     recording: Union[Path, Recording],
     robot: Union[Path, Robot],
-    map: Union[Path, Slam],
+    map: Union[Path, Map],
     *,
     start: Optional[Start] = None,
     start_sigma_m: float = 0.5,
@@ -213,9 +213,10 @@ def localize(
     learn: Runs = (),
     spin_odds: float = 10.0,
 ) -> Localization:
-    """Finds and follows the robot on a known `map`: landmarks.csv, or what `slam` found.
+    """Finds and follows the robot on a known `map`.
 
-    `recording`: with sightings. `robot`: with a landmark sensor. `start`: the pose at the first stamp, known to
+    `map`: landmarks.csv, or what `slam`, `slam_together` or `merge` found; of the last two a file is written
+    first, whose path is what the result names. `recording`: with sightings. `robot`: with a landmark sensor. `start`: the pose at the first stamp, known to
     `start_sigma_m` and `start_sigma_deg`; without it the pose is searched. `filter`: 'ekf' or 'particles', at
     most `particles` of them; `seed` of their random numbers. `unknown_ids` forgets the landmarks' names, and
     finds out which is which. `correct_slip` finds the slips first, and goes on from the odometry corrected for
@@ -227,21 +228,22 @@ def localize(
     >>> found.known[0].loss_noticed_s is None
     True
     """
-    return _trundle.localize(
-        recording_of(recording),
-        robot_of(robot),
-        map,
-        start=start,
-        start_sigma_m=start_sigma_m,
-        start_sigma_deg=start_sigma_deg,
-        filter=filter,
-        particles=particles,
-        seed=seed,
-        unknown_ids=unknown_ids,
-        correct_slip=correct_slip,
-        learn=many(learn),
-        spin_odds=spin_odds,
-    )
+    with given_paths() as paths:
+        return _trundle.localize(
+            recording_of(recording),
+            robot_of(robot),
+            map if isinstance(map, Slam) else map_file(map, paths),
+            start=start,
+            start_sigma_m=start_sigma_m,
+            start_sigma_deg=start_sigma_deg,
+            filter=filter,
+            particles=particles,
+            seed=seed,
+            unknown_ids=unknown_ids,
+            correct_slip=correct_slip,
+            learn=many(learn),
+            spin_odds=spin_odds,
+        )
 
 
 def steps(

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from typing import Optional, Union
 
 from . import _trundle
-from ._given import Path, Runs, given_paths, text_of
+from ._given import Map, Path, Runs, given_paths, map_file, text_of
 from ._trundle import Drafts, Recording, Report, Robot, Run
 
 
@@ -63,7 +63,7 @@ def run(
     fix: Sequence[str] = (),
     learn: Runs = (),
     spin_odds: float = 10.0,
-    map: Optional[Path] = None,
+    map: Union[Path, Map, None] = None,
     filter: str = "smoother",
     particles: int = 100,
     seed: int = 1,
@@ -76,11 +76,11 @@ def run(
 
     `recording`: one, or the folder of a session. `robot`: before it is calibrated. `calibrate_on`: recordings to
     calibrate on, in place of the recording itself, with `free` and `fix` as `calibrate` has them. `learn`,
-    `spin_odds`: as `slip` has them. `map`: landmarks.csv of known landmarks to localize on, in place of the
-    recording's own. `filter`, `particles`, `seed`: as `slam` has them. `export`: 'mcap' or 'wpilog', a file for
+    `spin_odds`: as `slip` has them. `map`: of known landmarks to localize on, as `localize` has it, in place
+    of the recording's own. `filter`, `particles`, `seed`: as `slam` has them. `export`: 'mcap' or 'wpilog', a file for
     viewers besides. `robot_number`, `recording_map`, `msg_path`: as Recording has `robot_number`, `map` and
-    `msg_path`. A robot, and a recording of arrays, is written to a file first, whose path is what the results
-    name. docs/run.md.
+    `msg_path`. A robot, a map, and a recording of arrays, is written to a file first, whose path is what the
+    results name. docs/run.md.
 
     >>> import tempfile, trundle
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -98,7 +98,7 @@ def run(
             fix=list(fix),
             learn=paths(learn),
             spin_odds=spin_odds,
-            map=text_of(map),
+            map=text_of(map_file(map, paths)),
             filter=filter,
             particles=particles,
             seed=seed,

@@ -170,12 +170,13 @@ class SameAsProgram(WithFolder):
             self.assert_same_files()
 
     def test_a_map_that_was_never_written(self):
-        found = trundle.slam(f"{DEMO}/session_02/tour", ROBOT, filter="ekf")
-        found.save(self.folder / "map")
-        here = trundle.localize(TOUR, ROBOT, found)
-        there = trundle.localize(TOUR, ROBOT, self.folder / "map/landmarks.csv")
-        numpy.testing.assert_array_equal(here.trajectory.x_m, there.trajectory.x_m)
-        numpy.testing.assert_array_equal(here.trajectory.covariance, there.trajectory.covariance)
+        slam = trundle.slam(f"{DEMO}/session_02/tour", ROBOT, filter="ekf")
+        for kind, found in (("slam", slam), ("merge", trundle.merge([slam, slam]))):
+            found.save(self.folder / kind)
+            here = trundle.localize(TOUR, ROBOT, found)
+            there = trundle.localize(TOUR, ROBOT, self.folder / kind / "landmarks.csv")
+            numpy.testing.assert_array_equal(here.trajectory.x_m, there.trajectory.x_m)
+            numpy.testing.assert_array_equal(here.trajectory.covariance, there.trajectory.covariance)
 
     def test_evaluate(self):
         program("odometry", TOUR, "--robot", ROBOT, "-o", self.folder / "trajectory.csv")
