@@ -40,13 +40,14 @@ std::string text_of(const LocalizeArguments& options, const LocalizeAnswer& answ
   std::string text = fmt::format("{}: {} poses on a map of {} landmarks, {} sightings in {} steps\n",
                                  options.filter, answer.result.trajectory.poses.size(), answer.landmarks,
                                  answer.input.observations(), answer.input.steps.size());
+  for (const double time_s : answer.result.refuted_s)
+    text += fmt::format("  {:.2f} s: what the pose was thought to be till then is refuted, and withdrawn\n",
+                        time_s);
   for (const KnownStretch& stretch : answer.result.stretches) text += line_of(stretch);
   text += fmt::format(
       "  sightings matched {}, rejected as outliers {}, while searching {}, not in the map {}, invalid {}\n",
       counts.matched, counts.rejected, counts.searching, counts.unmapped, counts.invalid);
-  text += fmt::format(
-      "  innovations squared (NIS): mean {:.2f}, median {:.2f} (expected if consistent: 2.00, 1.39)\n",
-      counts.mean_nis, counts.median_nis);
+  text += app::line_of_nis(counts.mean_nis, counts.median_nis);
   if (counts.most_particles > 0) text += fmt::format("  at most {} particles\n", counts.most_particles);
   text += fmt::format("end pose: x {:.4f} m, y {:.4f} m, heading {:.3f}°\n", end.pose.x, end.pose.y,
                       degrees(end.pose.heading));

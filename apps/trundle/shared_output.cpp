@@ -11,6 +11,14 @@ std::string line_of(const Finding& problem) {
          "\n";
 }
 
+std::string line_of_nis(const std::optional<double>& mean, const std::optional<double>& median) {
+  if (!mean || !median)
+    return "  innovations squared (NIS): none, no landmark was seen that was there before\n";
+  return fmt::format(
+      "  innovations squared (NIS): mean {:.2f}, median {:.2f} (expected if consistent: 2.00, 1.39)\n", *mean,
+      *median);
+}
+
 CLI::Option* add_viewer(CLI::App& command, std::string& format) {
   return command
       .add_option(

@@ -46,9 +46,7 @@ std::string text_of(const SlamArguments& options, const SlamAnswer& answer) {
                                  answer.map().size(), answer.input.observations(), answer.input.steps.size());
   text += fmt::format("  matched {}, new {}, rejected as outliers {}, invalid {}\n", counts.matched,
                       counts.created, counts.rejected, counts.invalid);
-  text += fmt::format(
-      "  innovations squared (NIS): mean {:.2f}, median {:.2f} (expected if consistent: 2.00, 1.39)\n",
-      counts.mean_nis, counts.median_nis);
+  text += app::line_of_nis(counts.mean_nis, counts.median_nis);
   if (answer.result.path)
     text +=
         fmt::format("  resampled in {} steps; effective particles at worst {:.1f} of {}\n", counts.resampled,

@@ -49,6 +49,9 @@ struct RecordingFile {
 /// A path that an argument gives. TypeError where it is something else than `expected`.
 std::filesystem::path path_of(const char* argument, const py::handle& given, const char* expected);
 
+/// A robot, or the path of its file.
+RobotFile robot_of(const py::handle& given);
+
 /// Its recording, which may be long.
 inline Recording copy_of(const RecordingFile& file) {
   return without_gil([&] { return file.recording; });

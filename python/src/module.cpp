@@ -53,6 +53,12 @@ std::filesystem::path path_of(const char* argument, const py::handle& given, con
   }
 }
 
+RobotFile robot_of(const py::handle& given) {
+  if (py::isinstance<RobotFile>(given)) return given.cast<const RobotFile&>();
+  const std::filesystem::path path = path_of("robot", given, "a Robot, or the path of its file");
+  return without_gil([&] { return read_robot_file(path); });
+}
+
 std::vector<OutputFile> interruptible(std::vector<OutputFile> files) {
   for (OutputFile& file : files)
     if (file.rest)

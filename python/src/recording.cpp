@@ -88,9 +88,9 @@ py::dict landmarks_of(const RecordingFile& self) {
   return places;
 }
 
-py::object info_of(const RecordingFile& self, const RobotFile* robot, bool gyro_noise) {
+py::object info_of(const RecordingFile& self, const py::object& robot, bool gyro_noise) {
   InfoQuestion question{.robot = {}, .gyro_noise = gyro_noise, .reading = self.reading};
-  if (robot != nullptr) question.robot = *robot;
+  if (!robot.is_none()) question.robot = robot_of(robot);
   return python_of(without_gil([&] {
     const std::vector<Recording> recordings = {self.recording};
     check_interruption();
@@ -208,14 +208,17 @@ void bind_recording(py::module_& module) {
           "findings", [](const RecordingFile& self) { return self.recording.findings; },
           "What was noticed when it was read.")
       .def(
-          "to_dict", [](const RecordingFile& self) { return info_of(self, nullptr, false); },
+          "to_dict", [](const RecordingFile& self) { return info_of(self, py::none(), false); },
           "What `trundle info --json` prints of it, as dictionaries and lists.")
-      .def("info", &info_of, py::arg("robot") = nullptr, py::kw_only(), py::arg("gyro_noise") = false,
+      .def("info", &info_of, py::arg("robot") = py::none(), py::kw_only(), py::arg("gyro_noise") = false,
            "What `trundle info --json` prints of it.")
       .def(
           "save",
           [](const RecordingFile& self, const std::filesystem::path& folder) {
-            without_gil([&] { write_recording(self.recording, folder); });
+            without_gil([&] {
+              require_apart(std::span(&self.recording, 1), {folder});
+              write_recording(self.recording, folder);
+            });
           },
           py::arg("folder"), "Writes it as a folder of CSV files.")
       .def("__repr__", [](const RecordingFile& self) {

@@ -186,8 +186,10 @@ void bind_smoother(py::module_& module) {
   py::class_<Smoother>(module, "IncrementalSmoother",
                        "All poses and landmarks by least squares, as the robot drives: after each step the\n"
                        "estimate is that of everything so far. `trundle slam --filter smoother` steps it so.")
-      .def(py::init<const RobotFile&, const std::optional<StartTuple>&>(), py::arg("robot"), py::kw_only(),
-           py::arg("start") = py::none())
+      .def(py::init([](const py::object& robot, const std::optional<StartTuple>& start) {
+             return Smoother(robot_of(robot), start);
+           }),
+           py::arg("robot"), py::kw_only(), py::arg("start") = py::none())
       .def(
           "step", [](Smoother& self, const Step& step) { return self.step(step); }, py::arg("step"),
           "One of trundle.steps().")

@@ -37,8 +37,8 @@ def calibrate(
         many(runs),
         robot_of(robot),
         hold_out=many(hold_out),
-        free=list(free),
-        fix=list(fix),
+        free=many(free),
+        fix=many(fix),
         learn_noise=learn_noise,
         landmarks=landmarks,
     )

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from typing import Optional, Union
 
 from . import _trundle
-from ._given import Map, Path, Runs, given_paths, map_file, text_of
+from ._given import Map, Path, Runs, given_paths, many, map_file, text_of
 from ._trundle import Drafts, Recording, Report, Robot, Run
 
 
@@ -94,8 +94,8 @@ def run(
             *paths(robot),
             os.fspath(folder),
             calibrate_on=paths(calibrate_on),
-            free=list(free),
-            fix=list(fix),
+            free=many(free),
+            fix=many(fix),
             learn=paths(learn),
             spin_odds=spin_odds,
             map=text_of(map_file(map, paths)),

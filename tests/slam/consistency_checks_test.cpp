@@ -44,6 +44,54 @@ TEST(ConsistencyChecks, ReportAFilterThatDiverged) {
   EXPECT_THAT(describe(findings.front()), testing::StartsWith("from 120.0 s to "));
 }
 
+/// Its landmarks with names.
+SlamInput named_input_of(const test::SlamWorld& world) {
+  SlamInput input = input_of(world);
+  for (std::size_t i = 0; i < world.landmarks.size(); ++i)
+    input.landmarks.push_back("post " + std::to_string(i));
+  return input;
+}
+
+/// The first time that it is seen it is read so much too far away.
+void misread_first(LandmarkId landmark, double by_m, SlamInput& input) {
+  for (SlamStep& step : input.steps)
+    for (Observation& observation : step.observations)
+      if (observation.landmark == landmark) {
+        observation.range_m += by_m;
+        return;
+      }
+}
+
+// An extended Kalman filter never moves a landmark from where its first sighting put it, if no later one
+// passes the gate. All others fit: the filter is not lost, and that one landmark is named.
+TEST(ConsistencyChecks, NameTheLandmarkWhoseFirstSightingWasWrong) {
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5}) {
+    const test::SlamWorld world = test::slam_world({.steps = 200, .seed = seed});
+    SlamInput input = named_input_of(world);
+    const SlamOptions ekf{.method = SlamMethod::ekf};
+    const SlamResult clean = slam(input, world.sensor, ekf);
+    const SmoothedSlam clean_smoothed = smooth(input, world.sensor, clean);
+    EXPECT_TRUE(consistency_checks(input, clean, nullptr).empty()) << seed;
+    EXPECT_TRUE(consistency_checks(input, clean, &clean_smoothed).empty()) << seed;
+    const LandmarkId wrong = input.steps.front().observations.front().landmark;
+    misread_first(wrong, 1.0, input);
+    const SlamResult filtered = slam(input, world.sensor, ekf);
+    const std::vector<Finding> findings = consistency_checks(input, filtered, nullptr);
+    ASSERT_EQ(findings.size(), 1U) << seed;
+    EXPECT_EQ(findings.front().code, FindingCode::misplaced_landmark);
+    EXPECT_EQ(findings.front().severity, Severity::warning);
+    const std::string name = "post " + std::to_string(wrong);
+    EXPECT_THAT(findings.front().subjects, testing::ElementsAre(name));
+    EXPECT_THAT(describe(findings.front()), testing::HasSubstr(name + "'"));
+    // The smoother takes all sightings of it: that its filter was wrong is only good to know.
+    const SmoothedSlam smoothed = smooth(input, world.sensor, filtered);
+    const std::vector<Finding> after = consistency_checks(input, filtered, &smoothed);
+    ASSERT_EQ(after.size(), 1U) << seed;
+    EXPECT_EQ(after.front().code, FindingCode::misplaced_landmark);
+    EXPECT_EQ(after.front().severity, Severity::note);
+  }
+}
+
 TEST(ConsistencyChecks, DoNotDoubtASmootherWhoseFilterAloneWasLost) {
   const test::SlamWorld world = test::slam_world({.steps = 200});
   const SlamInput input = input_of(world);

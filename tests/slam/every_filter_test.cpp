@@ -1,6 +1,7 @@
 // What every filter promises: its state can be stored after any step, and nothing that it is shown breaks it.
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include <gtest/gtest.h>
 
@@ -75,6 +76,25 @@ TEST_P(EveryFilter, GivesOneCovarianceOfEachLandmark) {
     const Matrix2 joint = result.map_covariance.block<2, 2>(at, at);
     EXPECT_LE((joint - result.map[i].covariance).norm(), 1e-12 * joint.norm()) << "landmark " << i;
   }
+}
+
+// An innovation is that of a landmark seen before: where there is none, no mean of them is 0.
+TEST_P(EveryFilter, HasNoMeanNisWhereEachLandmarkIsSeenOnce) {
+  const test::SlamWorld world = test::slam_world({.steps = 60});
+  SlamInput input;
+  input.steps = world.steps;
+  const SlamCounts often = slam(input, world.sensor, options()).counts;
+  EXPECT_GT(often.matched, 0U);
+  EXPECT_GT(often.mean_nis, 0.0);
+  EXPECT_GT(often.median_nis, 0.0);
+  std::set<LandmarkId> seen;
+  for (SlamStep& step : input.steps)
+    std::erase_if(step.observations, [&](const Observation& o) { return !seen.insert(o.landmark).second; });
+  const SlamCounts once = slam(input, world.sensor, options()).counts;
+  EXPECT_EQ(once.created, seen.size());
+  EXPECT_EQ(once.matched + once.rejected, 0U);
+  EXPECT_FALSE(once.mean_nis);
+  EXPECT_FALSE(once.median_nis);
 }
 
 TEST_P(EveryFilter, SurvivesNonsense) {

@@ -114,6 +114,26 @@ TEST(IncrementalSmoother, StartsFromItsPrior) {
   EXPECT_LT((ours.systematic_covariance - theirs.systematic_covariance).norm(), 1e-9);
 }
 
+// Of a step's sightings of a landmark that is new only the first can make it.
+TEST(IncrementalSmoother, ALandmarkSeenTwiceInItsFirstStepIsCreatedOnce) {
+  const SlamWorld world = slam_world({.steps = 1});
+  IncrementalSmoother smoother(world.sensor, {});
+  const Motion still = motion_of({}, 1e-6 * Matrix3::Identity());
+  const std::vector<Observation> seen = {{7, 3.0, 0.2}, {7, 3.1, 0.21}, {8, 4.0, -1.0}, {7, 2.95, 0.19}};
+  const auto decisions = [](const StepReport& report) {
+    std::vector<Decision> all;
+    for (const ObservationReport& observation : report.observations) all.push_back(observation.decision);
+    return all;
+  };
+  const StepReport first = smoother.step(still, seen);
+  EXPECT_EQ(decisions(first),
+            (std::vector{Decision::created, Decision::matched, Decision::created, Decision::matched}));
+  for (std::size_t i = 0; i < seen.size(); ++i) EXPECT_EQ(first.observations[i].landmark, seen[i].landmark);
+  ASSERT_EQ(smoother.landmarks(), 2U);
+  EXPECT_EQ(smoother.landmark(0).sightings, 3U);
+  EXPECT_EQ(decisions(smoother.step(still, seen)), std::vector(4, Decision::matched));
+}
+
 // Of many runs: NEES of the last pose, which is χ²₃ if the covariance is right.
 TEST(IncrementalSmoother, IsConsistent) {
   const int runs = test::trials(200, 8);

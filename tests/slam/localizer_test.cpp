@@ -133,6 +133,114 @@ TEST_P(EitherLocalizer, GivesUpAPoseWhenAnotherExplainsMore) {
   EXPECT_GE(right, seeds - 1);
 }
 
+/// Further steps at 10 Hz of a robot that wanders on and reads the names of what it sees.
+void wander_on(int steps, test::Field& field, SlamInput& input) {
+  for (int k = 0; k < steps; ++k) {
+    input.steps.push_back(field.step(true));
+    input.steps.back().time_s = 0.1 * static_cast<double>(input.steps.size());
+  }
+}
+
+/// The same of one that sees nothing, and by its wheels stands.
+void stand_blind(int steps, SlamInput& input) {
+  const Matrix3 covariance = 1e-10 * Matrix3::Identity();
+  for (int k = 0; k < steps; ++k)
+    input.steps.push_back({0.1 * static_cast<double>(input.steps.size() + 1), motion_of({}, covariance), {}});
+}
+
+double last_look_s(const SlamInput& input) {
+  double time_s = 0.0;
+  for (const SlamStep& step : input.steps)
+    if (!step.observations.empty()) time_s = step.time_s;
+  return time_s;
+}
+
+// It is carried off while it sees nothing and its wheels stand: nobody knows when. What was claimed since the
+// last sighting that fitted is withdrawn, though nothing spoke against it then.
+TEST_P(EitherLocalizer, WithdrawsWhatItClaimedWhileItSawNothing) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    test::Field field({.outlier_share = 0.0, .seed = seed});
+    LocalizerOptions known{.filter = GetParam(), .start = PoseEstimate{}};
+    known.start->pose = field.truth();
+    SlamInput input;
+    wander_on(100, field, input);
+    const double last_fit_s = last_look_s(input);
+    stand_blind(200, input);
+    const double sees_again_s = input.steps.back().time_s;
+    field.carry_away();
+    wander_on(300, field, input);
+    const Localization found = localize(input, field.map(), field.sensor(), known);
+    ASSERT_EQ(found.stretches.size(), 2U) << seed;
+    const KnownStretch& first = found.stretches.front();
+    EXPECT_EQ(first.start_s, input.steps.front().time_s);
+    EXPECT_EQ(first.end_s, last_fit_s) << seed;
+    ASSERT_TRUE(first.noticed_s);
+    EXPECT_GT(*first.noticed_s, sees_again_s);
+    EXPECT_TRUE(found.refuted_s.empty());
+    for (const StampedPose& row : found.trajectory.poses)
+      EXPECT_TRUE(row.time_s <= last_fit_s || row.time_s >= found.stretches.back().start_s) << row.time_s;
+    EXPECT_EQ(found.trajectory.covariances.size(), found.trajectory.poses.size());
+    EXPECT_TRUE(test::is_right(PoseEstimate{.pose = found.trajectory.poses.back().pose}, field.truth()));
+  }
+}
+
+// A blind stretch after which all fits is kept.
+TEST_P(EitherLocalizer, KeepsWhatItClaimedWhileItSawNothingWhereItIsConfirmed) {
+  test::Field field({.outlier_share = 0.0, .seed = 4});
+  LocalizerOptions known{.filter = GetParam(), .start = PoseEstimate{}};
+  known.start->pose = field.truth();
+  SlamInput input;
+  wander_on(100, field, input);
+  stand_blind(200, input);
+  wander_on(100, field, input);
+  const Localization found = localize(input, field.map(), field.sensor(), known);
+  ASSERT_EQ(found.stretches.size(), 1U);
+  EXPECT_FALSE(found.stretches.front().noticed_s);
+  EXPECT_EQ(found.trajectory.poses.size(), input.steps.size());
+}
+
+// Told a wrong start it drives 20 s before it sees anything: of what nothing ever confirmed no row is left,
+// and no stretch either.
+TEST_P(EitherLocalizer, KeepsNothingOfAStartThatWasNeverConfirmed) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    test::Field field({.outlier_share = 0.0, .seed = seed});
+    LocalizerOptions wrong{.filter = GetParam(), .start = PoseEstimate{}};
+    wrong.start->pose = field.opposite();
+    SlamInput input;
+    wander_on(200, field, input);
+    for (SlamStep& step : input.steps) step.observations.clear();
+    const double sees_s = input.steps.back().time_s;
+    wander_on(300, field, input);
+    const Localization found = localize(input, field.map(), field.sensor(), wrong);
+    ASSERT_EQ(found.refuted_s.size(), 1U) << seed;
+    EXPECT_GT(found.refuted_s.front(), sees_s);
+    ASSERT_EQ(found.stretches.size(), 1U) << seed;
+    const KnownStretch& right = found.stretches.front();
+    EXPECT_GE(right.start_s, found.refuted_s.front());
+    EXPECT_LT(right.start_s, right.end_s);
+    EXPECT_FALSE(right.noticed_s);
+    EXPECT_EQ(found.trajectory.poses.front().time_s, right.start_s);
+    EXPECT_EQ(found.trajectory.covariances.size(), found.trajectory.poses.size());
+    EXPECT_TRUE(test::is_right(PoseEstimate{.pose = found.trajectory.poses.back().pose}, field.truth()));
+  }
+}
+
+TEST_P(EitherLocalizer, HasNoMeanNisWhereNothingWasMatched) {
+  test::Field field({.outlier_share = 0.0, .seed = 5});
+  LocalizerOptions known{.filter = GetParam(), .start = PoseEstimate{}};
+  known.start->pose = field.truth();
+  SlamInput input;
+  wander_on(100, field, input);
+  const LocalizationCounts counts = localize(input, field.map(), field.sensor(), known).counts;
+  EXPECT_GT(counts.matched, 0U);
+  EXPECT_GT(counts.mean_nis, 0.0);
+  EXPECT_GT(counts.median_nis, 0.0);
+  for (SlamStep& step : input.steps) step.observations.clear();
+  const LocalizationCounts blind = localize(input, field.map(), field.sensor(), known).counts;
+  EXPECT_FALSE(blind.mean_nis);
+  EXPECT_FALSE(blind.median_nis);
+}
+
 INSTANTIATE_TEST_SUITE_P(, EitherLocalizer, testing::Values(LocalizerFilter::ekf, LocalizerFilter::particles),
                          [](const auto& test) { return std::string(name_of(test.param)); });
 

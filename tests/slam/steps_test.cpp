@@ -75,6 +75,37 @@ TEST(Steps, AreCutWhereAsked) {
   EXPECT_LT((end_of(cut).translation() - end_of(plain).translation()).norm(), 1e-9);
 }
 
+// Where another robot is seen, or sees this one, in the very first instant: a step in which nothing has moved
+// yet. What is asked for before is left out.
+TEST(Steps, AreCutAtTheFirstStampWhereAsked) {
+  const Robot robot = robot_with_sensor();
+  Recording recording = drive(robot);
+  const double start_s = slam_input(recording, robot).start_s;
+  std::erase_if(recording.sightings, [&](const Sighting& sighting) { return sighting.time_s <= start_s; });
+  const SlamInput plain = slam_input(recording, robot);
+  ASSERT_GT(plain.steps.front().time_s, start_s);
+  const SlamInput before = slam_input(recording, robot, {.also_at_s = {start_s - 1.0, start_s - 1e-3}});
+  EXPECT_EQ(before.steps.size(), plain.steps.size());
+  EXPECT_EQ(before.steps.front().time_s, plain.steps.front().time_s);
+  for (const std::vector<double>& asked :
+       {std::vector{start_s}, std::vector{start_s - 1.0, start_s}, std::vector{start_s, start_s}}) {
+    const SlamInput cut = slam_input(recording, robot, {.also_at_s = asked});
+    ASSERT_EQ(cut.steps.size(), plain.steps.size() + 1);
+    EXPECT_EQ(cut.by_sensor_clock.size(), cut.steps.size());
+    EXPECT_EQ(cut.steps.front().time_s, start_s);
+    EXPECT_TRUE(cut.steps.front().observations.empty());
+    EXPECT_EQ(cut.steps.front().motion.mean, Pose2{});
+    EXPECT_EQ(cut.steps[1].time_s, plain.steps.front().time_s);
+    EXPECT_LT((end_of(cut).translation() - end_of(plain).translation()).norm(), 1e-12);
+  }
+  // One step, where something is seen then anyway.
+  recording.sightings.insert(recording.sightings.begin(), {start_s, "a", 1.0, 0.0});
+  const SlamInput both = slam_input(recording, robot, {.also_at_s = {start_s}});
+  EXPECT_EQ(both.steps.size(), plain.steps.size() + 1);
+  EXPECT_EQ(both.steps.front().time_s, start_s);
+  EXPECT_EQ(both.steps.front().observations.size(), 1U);
+}
+
 TEST(Steps, AreCutWhereSomethingIsSeen) {
   const Robot robot = robot_with_sensor();
   const Recording recording = drive(robot);

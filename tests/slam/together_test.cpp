@@ -317,6 +317,30 @@ TEST(Together, SaysThatOneLandmarkDoesNotTellHowFramesAreTurned) {
   EXPECT_THAT(reason(team), HasSubstr("robot 1: what it shares with robot 0"));
 }
 
+// What the last one shares with the first, one landmark, does not tell how it is turned: the robot between
+// them, which sees the first and is seen by the last, is placed before it, with landmarks of its own or none.
+TEST(Together, PlacesARobotByOthersWhereOneLandmarkIsNotEnough) {
+  for (const int blind : {-1, 1}) {
+    test::Team team = test::team_of({.robots = 3, .landmarks = 24, .blind = blind, .seed = 3});
+    keep_landmarks(team.inputs[0], [](LandmarkId id) { return id <= 8; });
+    keep_landmarks(team.inputs[1], [](LandmarkId id) { return id > 16; });
+    keep_landmarks(team.inputs[2], [](LandmarkId id) { return id >= 8 && id <= 16; });
+    for (const std::size_t robot : {0U, 2U})  // so that they do share it
+      ASSERT_TRUE(std::ranges::any_of(team.inputs[robot].steps, [](const SlamStep& step) {
+        return std::ranges::count(step.observations, 8, &Observation::landmark) > 0;
+      }));
+    std::erase_if(team.seen, [](const RobotSighting& sighting) {
+      return !(sighting.seer == 1 && sighting.seen == 0) && !(sighting.seer == 2 && sighting.seen == 1);
+    });
+    EXPECT_EQ(reason(team), "");
+    const JointSlam joint = smooth_together(test::recordings_of(team), team.seen);
+    for (std::size_t robot = 0; robot < 3; ++robot)
+      EXPECT_LT(worst_distance(joint.robots[robot].trajectory, team.truth[robot]), 0.5) << robot;
+    team.seen.clear();
+    EXPECT_THAT(reason(team), HasSubstr("robot 2: what it shares with robot 0"));
+  }
+}
+
 TEST(RobustRigidMotion, IsThatOfTheLargerHalf) {
   const Pose2 motion{2.0, -1.0, 2.5};
   Random random(2, 3);

@@ -120,6 +120,7 @@ void Odometer::stand_still(const Increment& increment) {
   if (evidence) learn_bias(*evidence);
   if (state_.rest.phase != RestPhase::resting) return;
   state_.stuck = {};
+  state_.turn_rate_rad_s = 0.0;  // what goes on unmeasured begins from here
   end_comparison();  // wheels may turn on a little as they come to stand, the gyro's reading is then left out
 }
 

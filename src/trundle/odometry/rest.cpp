@@ -36,8 +36,8 @@ RestDetector::RestDetector(const Chassis& chassis, const RestOptions& options)
   for (std::size_t i = 0; i < chassis.wheels().size(); ++i) {
     const Wheel& wheel = chassis.wheels()[i];
     jitter_[i] = jitter_of(wheel, options) / (kPi * wheel.diameter_m);
-    count_[i] =
-        wheel.ticks_per_revolution == 0.0 ? kCountsOfJitter * jitter_[i] : 1.0 / wheel.ticks_per_revolution;
+    count_[i] = wheel.ticks_per_revolution == 0.0 ? kCountsOfJitter * jitter_[i]
+                                                  : 1.0 / std::abs(wheel.ticks_per_revolution);
   }
   if (!has_gyro_) return;
   const double density = options.gyro_noise_factor * chassis.gyro->noise_rad_s_sqrt_hz;

@@ -8,6 +8,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/pipeline/innovations.hpp"
 #include "trundle/pipeline/sound.hpp"
+#include "trundle/report/or_null.hpp"
 
 namespace trundle::pipeline {
 namespace {
@@ -140,12 +141,14 @@ nlohmann::ordered_json document_of(const LocalizeAnswer& answer) {
   document["localized_s"] = answer.result.stretches.front().start_s;
   document["known"] = nlohmann::ordered_json::array();
   for (const KnownStretch& stretch : answer.result.stretches) document["known"].push_back(to_json(stretch));
+  if (!answer.result.refuted_s.empty()) document["refuted_s"] = answer.result.refuted_s;
   document["sightings"] = {{"matched", counts.matched},
                            {"rejected", counts.rejected},
                            {"while_searching", counts.searching},
                            {"not_in_the_map", counts.unmapped},
                            {"invalid", counts.invalid}};
-  document["nis"] = {{"mean", counts.mean_nis}, {"median", counts.median_nis}, {"honest_mean", 2.0}};
+  document["nis"] = {
+      {"mean", or_null(counts.mean_nis)}, {"median", or_null(counts.median_nis)}, {"honest_mean", 2.0}};
   if (counts.most_particles > 0) document["most_particles"] = counts.most_particles;
   document["end"] = {
       {"time_s", end.time_s}, {"x_m", end.pose.x}, {"y_m", end.pose.y}, {"heading_rad", end.pose.heading}};

@@ -10,6 +10,7 @@
 #include "trundle/recording/landmark_file.hpp"
 #include "trundle/recording/trajectory_file.hpp"
 #include "trundle/report/json_text.hpp"
+#include "trundle/report/or_null.hpp"
 #include "trundle/slam/map_file.hpp"
 
 namespace trundle::pipeline {
@@ -153,7 +154,8 @@ Json document_of(const SlamAnswer& answer) {
                            {"created", counts.created},
                            {"rejected", counts.rejected},
                            {"invalid", counts.invalid}};
-  document["nis"] = {{"mean", counts.mean_nis}, {"median", counts.median_nis}, {"honest_mean", 2.0}};
+  document["nis"] = {
+      {"mean", or_null(counts.mean_nis)}, {"median", or_null(counts.median_nis)}, {"honest_mean", 2.0}};
   document["resampled_steps"] = counts.resampled;
   document["smallest_effective_share"] = counts.smallest_effective_share;
   document["end"] = {

@@ -73,6 +73,7 @@ constexpr std::pair<FindingCode, std::string_view> kNames[] = {
     {FindingCode::not_normal, "not normal"},
     {FindingCode::nothing_to_smooth, "nothing to smooth"},
     {FindingCode::lost, "lost"},
+    {FindingCode::misplaced_landmark, "misplaced landmark"},
     {FindingCode::noise, "noise"},
     {FindingCode::not_converged, "not converged"},
     {FindingCode::smoother_contradicts, "smoother contradicts filter"},

@@ -86,7 +86,8 @@ enum class FindingCode {
   slip_unlike_learned,  ///< not judged by what was learned of other driving
   not_normal,
   nothing_to_smooth,
-  lost,   ///< a filter was, for a while
+  lost,  ///< a filter was, for a while
+  misplaced_landmark,
   noise,  ///< is larger than the robot file says
   not_converged,
   smoother_contradicts,  ///< the filter that it started from

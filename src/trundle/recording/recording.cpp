@@ -45,6 +45,12 @@ bool is_recording(const fs::path& path) {
   return has_native_file(path) || fs::exists(path / "recording.toml") || is_mrclam(path);
 }
 
+/// What a command wrote of a recording: its reference beside it is none of another.
+bool holds_results(const fs::path& folder) {
+  return (fs::exists(folder / "run.json") || fs::exists(folder / "slam.json")) &&
+         !fs::exists(folder / "recording.toml") && !fs::exists(folder / file_name_of(StreamKind::wheels));
+}
+
 /// A log's bytes are in its file, or in those of its folder.
 void note_log(const fs::path& log, Recording& recording) {
   if (!fs::is_directory(log)) return note_input(input_file(log), recording);
@@ -194,7 +200,7 @@ std::vector<fs::path> found_below(const fs::path& folder) {
     std::deque<fs::path>& next = folders.empty() ? links : folders;
     const fs::path here = next.front();
     next.pop_front();
-    if (!seen.insert(fs::canonical(here)).second) continue;
+    if (!seen.insert(fs::canonical(here)).second || holds_results(here)) continue;
     if (is_recording(here)) {
       std::ranges::copy(recordings_in(here), std::back_inserter(found));
       continue;

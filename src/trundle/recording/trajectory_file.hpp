@@ -12,7 +12,7 @@ namespace trundle::recording {
 /// The reference as a trajectory of the reference sensor: samples where x, y and heading are all there.
 [[nodiscard]] Trajectory reference_trajectory(const Recording& recording);
 
-/// trajectory.csv, .tum or reference.csv. Throws InputError.
+/// trajectory.csv, .tum or reference.csv; where no row has a heading, its positions. Throws InputError.
 [[nodiscard]] Trajectory read_trajectory(const std::filesystem::path& path);
 [[nodiscard]] std::string to_csv(const Trajectory& trajectory);
 [[nodiscard]] std::string to_tum(const Trajectory& trajectory);

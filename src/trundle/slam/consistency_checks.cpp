@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 
 #include "trundle/geometry/decompositions.hpp"
@@ -36,43 +37,60 @@ Finding warning(FindingCode code, std::size_t count, const Payload& payload) {
   return {Severity::warning, code, "sightings", count, {}, payload};
 }
 
-/// The stretch in which sightings that do not fit outnumber those that do by most.
+/// A stretch of sightings, and how many of them do not fit.
 struct Stretch {
   std::size_t first = 0, last = 0;  ///< steps
-  int excess = 0;
+  int excess = 0;                   ///< of those that do not fit over those that do
   std::size_t unfit = 0, seen = 0;
 };
 
-Stretch worst_stretch(const std::vector<StepReport>& reports) {
-  Stretch worst, here;
-  for (std::size_t k = 0; k < reports.size(); ++k)
-    for (const ObservationReport& observation : reports[k].observations) {
-      const bool is_rejected = observation.decision == Decision::rejected;
-      if (!is_rejected && observation.decision != Decision::matched) continue;
-      // Of particles the NIS is that of the most probable one, and most of them decide.
-      const bool is_unfit = is_rejected || observation.nis > kDefaultGate;
-      if (here.excess <= 0) here = {.first = k};
-      here.last = k;
-      here.excess += is_unfit ? 1 : -1;
-      here.unfit += is_unfit ? 1 : 0;
-      ++here.seen;
-      if (here.excess > worst.excess) worst = here;
-    }
-  return worst;
-}
+/// The stretch in which sightings that do not fit outnumber those that do by most.
+class WorstStretch {
+ public:
+  void add(std::size_t step, const ObservationReport& observation) {
+    const bool is_rejected = observation.decision == Decision::rejected;
+    if (!is_rejected && observation.decision != Decision::matched) return;
+    // Of particles the NIS is that of the most probable one, and most of them decide.
+    const bool is_unfit = is_rejected || observation.nis > kDefaultGate;
+    if (here_.excess <= 0) here_ = {.first = step};
+    here_.last = step;
+    here_.excess += is_unfit ? 1 : -1;
+    here_.unfit += is_unfit ? 1 : 0;
+    ++here_.seen;
+    if (here_.excess > worst_.excess) worst_ = here_;
+  }
+  [[nodiscard]] bool is_lost() const { return worst_.excess >= kLost; }
+
+  [[nodiscard]] Finding finding(FindingCode code, const SlamInput& input) const {
+    return warning(code, worst_.unfit,
+                   payload::Stretch{.start_s = input.steps[worst_.first].time_s - input.start_s,
+                                    .end_s = input.steps[worst_.last].time_s - input.start_s,
+                                    .all = worst_.seen});
+  }
+
+ private:
+  Stretch worst_, here_;
+};
 
 void check_filter(const SlamInput& input, const SlamResult& filtered, std::vector<Finding>& findings) {
-  const Stretch worst = worst_stretch(filtered.reports);
-  if (worst.excess >= kLost)
-    return findings.push_back(
-        warning(FindingCode::lost, worst.unfit,
-                payload::Stretch{.start_s = input.steps[worst.first].time_s - input.start_s,
-                                 .end_s = input.steps[worst.last].time_s - input.start_s,
-                                 .all = worst.seen}));
+  WorstStretch of_all;
+  std::map<LandmarkId, WorstStretch> by_landmark;  // those with names
+  for (std::size_t k = 0; k < filtered.reports.size(); ++k)
+    for (std::size_t i = 0; i < filtered.reports[k].observations.size(); ++i) {
+      of_all.add(k, filtered.reports[k].observations[i]);
+      if (const LandmarkId name = input.steps[k].observations[i].landmark; name != kUnknownLandmark)
+        by_landmark[name].add(k, filtered.reports[k].observations[i]);
+    }
+  if (of_all.is_lost()) return findings.push_back(of_all.finding(FindingCode::lost, input));
+  for (const auto& [landmark, stretch] : by_landmark) {
+    if (!stretch.is_lost()) continue;
+    findings.push_back(stretch.finding(FindingCode::misplaced_landmark, input));
+    findings.back().subjects = {input.landmarks[static_cast<std::size_t>(landmark)]};
+  }
   const SlamCounts& counts = filtered.counts;
   const std::size_t seen = counts.matched + counts.rejected;
-  if (seen >= kFewestSightings && counts.median_nis > kGreatestMedian)
-    findings.push_back(warning(FindingCode::noise, seen, payload::Amount{counts.median_nis}));
+  if (seen >= kFewestSightings && counts.median_nis.value_or(0.0) > kGreatestMedian)
+    findings.push_back(warning(FindingCode::noise, seen, payload::Amount{*counts.median_nis}));
 }
 
 /// Squared differences of the two trajectories in the sum of their covariances. That of a difference between
@@ -142,11 +160,16 @@ std::vector<Finding> consistency_checks(const SlamInput& input, const SlamResult
   check_filter(input, filtered, findings);
   if (smoothed == nullptr) return findings;
   const std::vector<Finding> of_smoother = consistency_checks(smoothed->counts);
-  const bool was_lost = !findings.empty() && findings.front().code == FindingCode::lost;
+  const auto is_refuted = [](const Finding& finding) {
+    return finding.code == FindingCode::lost || finding.code == FindingCode::misplaced_landmark;
+  };
   // Where all that was seen fits together the filter alone was wrong: good to know, and the result
   // is consistent.
-  const bool has_recovered = was_lost && of_smoother.empty() && !has_many_outliers(smoothed->counts);
-  if (has_recovered) findings.front().severity = Severity::note;
+  const bool has_recovered = std::ranges::any_of(findings, is_refuted) && of_smoother.empty() &&
+                             !has_many_outliers(smoothed->counts);
+  if (has_recovered)
+    for (Finding& finding : findings)
+      if (is_refuted(finding)) finding.severity = Severity::note;
   findings.insert(findings.end(), of_smoother.begin(), of_smoother.end());
   if (!has_recovered) check_contradiction(filtered, *smoothed, findings);
   check_offsets(*smoothed, findings);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <numeric>
 #include <variant>
 
 #include "trundle/io/error.hpp"
@@ -71,7 +72,7 @@ class CountsOfRun {
   }
   SlamCounts counts() {
     if (nis_.empty()) return counts_;
-    for (const double nis : nis_) counts_.mean_nis += nis / static_cast<double>(nis_.size());
+    counts_.mean_nis = std::accumulate(nis_.begin(), nis_.end(), 0.0) / static_cast<double>(nis_.size());
     counts_.median_nis = median(std::move(nis_));
     return counts_;
   }

@@ -122,9 +122,10 @@ struct SlamCounts {
   std::size_t created = 0;
   std::size_t rejected = 0;
   std::size_t invalid = 0;
-  std::size_t resampled = 0;              ///< steps
-  double mean_nis = 0.0;                  ///< of matched and rejected sightings; 2 if consistent
-  double median_nis = 0.0;                ///< 1.39 if consistent
+  std::size_t resampled = 0;  ///< steps
+  std::optional<double> mean_nis =
+      {};  ///< of matched and rejected sightings; 2 if consistent; nothing: there are none
+  std::optional<double> median_nis = {};  ///< 1.39 if consistent
   double smallest_effective_share = 1.0;  ///< of the particles, over all steps
 };
 

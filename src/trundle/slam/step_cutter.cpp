@@ -73,8 +73,12 @@ void StepCutter::start(double time_s) {
       std::ranges::find_if(waiting_, [&](const Waiting& sighting) { return !(sighting.time_s < time_s); });
   outside_ += static_cast<std::size_t>(inside - waiting_.begin());
   forget_first(static_cast<std::size_t>(inside - waiting_.begin()));
-  while (stop_until(time_s)) ++next_stop_;
-  finish_sighting_step();
+  bool stops_here = false;
+  for (; stop_until(time_s); ++next_stop_) stops_here = options_.also_at_s[next_stop_] == time_s;
+  if (sighting_until(time_s))
+    finish_sighting_step();
+  else if (stops_here)
+    finish_step();
 }
 
 void StepCutter::advance(const Increment& increment, bool bridged) {

@@ -7,6 +7,14 @@
 
 namespace trundle::slip {
 
+/// The next increment in one with those before it.
+inline void append(const Increment& next, Increment& sum) {
+  sum.time_s = next.time_s;
+  add_readings(sum, next);
+  sum.has_gyro = sum.has_gyro && next.has_gyro;
+  sum.steering_rad = next.steering_rad;
+}
+
 /// Adds increments up until they last long enough to be judged: the rounding errors of counts cancel within.
 class IncrementMerger {
  public:
@@ -21,10 +29,7 @@ class IncrementMerger {
       merged_ = increment;
       first_turn_rate_ = turn_rate;
     } else {
-      merged_.time_s = increment.time_s;
-      add_readings(merged_, increment);
-      merged_.has_gyro = merged_.has_gyro && increment.has_gyro;
-      merged_.steering_rad = increment.steering_rad;
+      append(increment, merged_);
     }
     if (steered_) {
       if (parts_ == 0) steered_->contacts = {};
@@ -33,8 +38,7 @@ class IncrementMerger {
     ++parts_;
     turn_rate_change_ = turn_rate - first_turn_rate_;
     // Half an increment early rather than half an increment late.
-    if (merged_.duration_s + 0.5 * merged_.duration_s / parts_ < interval_s_ && parts_ < kMostParts)
-      return std::nullopt;
+    if (merged_.duration_s + 0.5 * merged_.duration_s / parts_ < interval_s_) return std::nullopt;
     parts_ = 0;
     return merged_;
   }
@@ -55,9 +59,6 @@ class IncrementMerger {
     persist_increment(archive, self.merged_);
     if (self.steered_) archive(self.steered_->contacts);
   }
-
-  /// Increments that may be merged into one interval.
-  static constexpr int kMostParts = 64;
 
  private:
   struct Steered {

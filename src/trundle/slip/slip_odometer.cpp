@@ -6,11 +6,19 @@ SlipOdometer::SlipOdometer(const Robot& robot, const Options& options)
     : odometer_(robot, options.odometry),
       detector_(robot, options.slip),
       merger_(robot.chassis, options.slip.interval_s),
-      interval_start_(odometer_.state()) {}
+      interval_start_(odometer_.state()),
+      shortest_part_s_(options.slip.interval_s / static_cast<double>(kMostParts - 4)) {}
+
+void SlipOdometer::keep(const Increment& increment) {
+  if (part_count_ > 0 && parts_[part_count_ - 1].duration_s < shortest_part_s_)
+    append(increment, parts_[part_count_ - 1]);
+  else
+    parts_[part_count_++] = increment;
+}
 
 std::optional<SlipVerdict> SlipOdometer::step(const Increment& increment, CommandChange command) {
   if (command.changed) command_ = command;
-  parts_[part_count_++] = increment;
+  keep(increment);
   odometer_.step(corrected(increment, applied_, detector_.parity().chassis()));
   const std::optional<Increment> interval = merger_.add(increment);
   if (!interval) return std::nullopt;

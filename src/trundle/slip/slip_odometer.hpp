@@ -45,6 +45,10 @@ class SlipOdometer {
   }
 
  private:
+  /// Of an interval: so many at 256 Hz and 0.25 s.
+  static constexpr std::size_t kMostParts = 64;
+
+  void keep(const Increment& increment);
   void redo(const SlipCorrection& correction);
 
   Odometer odometer_;
@@ -53,7 +57,8 @@ class SlipOdometer {
   CommandChange command_;
   OdometerState interval_start_;
   SlipCorrection applied_;  ///< to the increments of this interval, so far
-  std::array<Increment, IncrementMerger::kMostParts> parts_;
+  double shortest_part_s_;  ///< increments that are shorter are kept as one
+  std::array<Increment, kMostParts> parts_;
   std::size_t part_count_ = 0;
 };
 

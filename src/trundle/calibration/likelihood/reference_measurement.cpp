@@ -83,9 +83,11 @@ Odometer odometer_at(const Start& start, const Robot& robot, std::span<const Par
   return odometer;
 }
 
-/// The course over the ground from the first epochs, for references without heading.
+/// Where the body looks at an epoch, by how the reference moves over the next ones and the same point of the
+/// robot by odometry: for references without heading.
 double heading_from_course(const Run& run, const Robot& robot, std::size_t first_epoch) {
   Odometer odometer(robot, {});
+  const Pose2& mount = robot.body_from_reference;
   const double offset = robot.reference_time_offset_s;
   const Vector2 origin =
       sample_reference(run.reference, run.epoch_time(first_epoch) - offset).value.head<2>();
@@ -95,11 +97,11 @@ double heading_from_course(const Run& run, const Robot& robot, std::size_t first
   double cosine = 0.0;
   for (std::size_t epoch = first_epoch + 1;
        epoch < std::min(run.epochs.size(), first_epoch + kEpochsOfCourse); ++epoch) {
-    for (; done < run.epochs[epoch]; ++done) odometer.step(run.readings.increments[done]);
+    for (; done < run.epochs[epoch]; ++done) step_along(run, done, odometer);
     const ReferenceSample sample = sample_reference(run.reference, run.epoch_time(epoch) - offset);
     if (!sample.has_position()) continue;
     const Vector2 seen = sample.value.head<2>() - origin;
-    const Vector2 driven = odometer.pose().translation();
+    const Vector2 driven = (odometer.pose() * mount).translation() - mount.translation();
     sine += driven.x() * seen.y() - driven.y() * seen.x();
     cosine += driven.dot(seen);
   }

@@ -112,7 +112,7 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
       const Increment increment = run.readings.increments[i];
       const Pose2 from = odometer.pose();
       const Rolling rolling = odometer.state().rolling;
-      odometer.step(increment);
+      step_along(run, i, odometer);
       if (parity)
         parity->follow(increment, from, rolling, odometer, errors,
                        block_of(result, epoch, run.epochs.size()));
@@ -166,9 +166,9 @@ RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<c
   Odometer odometer = odometer_at_origin(robot, parameters);
   SensitivityErrors errors(robot, parameters, odometer.pose(), as_run_read(robot.chassis, run, options),
                            options.with_noise);
-  for (const Increment& increment : run.readings.increments) {
-    odometer.step(increment);
-    errors.follow(increment, odometer.pose());
+  for (std::size_t i = 0; i < run.readings.increments.size(); ++i) {
+    step_along(run, i, odometer);
+    errors.follow(run.readings.increments[i], odometer.pose());
   }
   if (!is_finite(odometer.pose())) {
     result.blocks.front().chi2 = kEverything;

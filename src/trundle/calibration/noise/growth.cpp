@@ -65,9 +65,8 @@ Drift drift_of(const Run& run, const Piece& piece, const Robot& robot) {
   std::size_t done = run.epochs[piece.first];
   for (std::size_t epoch = piece.first; epoch < piece.end; ++epoch) {
     for (; done < run.epochs[epoch]; ++done) {
-      const Increment increment = run.readings.increments[done];
-      odometer.step(increment);
-      path_m += mean_travel(robot.chassis, increment);
+      step_along(run, done, odometer);
+      path_m += mean_travel(robot.chassis, run.readings.increments[done]);
     }
     const ReferenceSample sample =
         sample_reference(run.reference, run.epoch_time(epoch) - robot.reference_time_offset_s);

@@ -192,6 +192,13 @@ bool Run::shows_gyro_bias() const {
          std::ranges::any_of(increments, &Increment::has_gyro);
 }
 
+void step_along(const Run& run, std::size_t increment, Odometer& odometer) {
+  if (run.readings.bridged[increment])
+    odometer.step_across_gap(run.readings.increments[increment]);
+  else
+    odometer.step(run.readings.increments[increment]);
+}
+
 std::optional<Pose2> body_by_reference(const Run& run, std::size_t increments, const Robot& robot) {
   const double time_s =
       increments == 0 ? run.readings.start_s : run.readings.increments.time_s(increments - 1);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "trundle/odometry/odometer.hpp"
 #include "trundle/recording/alignment/align.hpp"
 #include "trundle/recording/time_offset.hpp"
 
@@ -63,6 +64,9 @@ struct Run {
   /// is distinguished from noise, by which they are off as its root.
   bool shows_gyro_bias() const;
 };
+
+/// The next interval; of a gap the course between its ends is not known (docs/theory/odometry.md, eq. 7).
+void step_along(const Run& run, std::size_t increment, Odometer& odometer);
 
 /// world_from_body by the reference after so many increments; nothing where position or heading is missing.
 std::optional<Pose2> body_by_reference(const Run& run, std::size_t increments, const Robot& robot);

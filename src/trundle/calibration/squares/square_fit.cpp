@@ -189,7 +189,9 @@ SidedDrive most_likely(const SquareProblem& problem, const SquareVector& reading
   SquareSearch search(problem, readings, start, mean_held);
   const Descent descent = descend(search, {.most_iterations = 50, .converged = 1e-8});
   if (!(descent.last_step < kHardlyMoves) || !(search.drive.vector().minCoeff() > 0.0))
-    throw CannotAnswer("no robot explains the sheet: the fit runs away; try --method orientation");
+    throw CannotAnswer(
+        "no robot explains the sheet: its positions and headings contradict each other, and the fit runs "
+        "away; are signs right: x ahead, y to the left, headings counter-clockwise?");
   return search.drive;
 }
 

@@ -97,6 +97,10 @@ class Drafter {
     return best == nullptr ? std::string() : best->topic;
   }
 
+  static bool has_stamps(const DraftStream& stream) {
+    return std::ranges::count(stream.columns, "time_s", &DraftColumn::column) > 0;
+  }
+
   void take_wheels() {
     std::vector<WheelGroup> groups = wheel_groups(question_.summary);
     if (question_.is_csv)  // columns of one table share their stamps
@@ -117,6 +121,11 @@ class Drafter {
     if (!found->moves) draft_.notes.push_back("wheels: none of them moves in this log");
     draft_.streams.push_back(stream_of(*found));
     draft_.streams.back().reason = "by the names of the wheels";
+    if (question_.is_csv && !has_stamps(draft_.streams.back()))
+      draft_.to_fill_in.push_back(
+          "recording.toml: [wheels]: no column of its table rises as stamps do: columns.time_s, or rate_hz "
+          "where "
+          "its rows are evenly apart");
     for (const FoundWheel& wheel : found->wheels) draft_.wheels.push_back(drafted(wheel, *found));
     if (is_known) take_ardupilot();
     name_missing();

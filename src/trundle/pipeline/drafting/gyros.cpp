@@ -153,7 +153,10 @@ std::vector<DraftStream> gyro_candidates(const DraftQuestion& question) {
 
 std::vector<DraftStream> gyro_headings(const DraftQuestion& question) {
   std::vector<DraftStream> found;
+  const std::vector<DraftStream> references = reference_candidates(question);
   for (const TopicSummary& topic : question.summary.topics) {
+    // The heading of a reference is no gyro's: odometry would follow what it is to be compared with.
+    if (std::ranges::count(references, topic.topic, &DraftStream::topic) > 0) continue;
     if (is_imu(topic)) {
       if (has_orientation(topic)) found.push_back(orientation_stream(topic));
       continue;

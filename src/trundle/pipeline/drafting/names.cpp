@@ -78,6 +78,14 @@ bool has_word(const std::vector<std::string>& words, std::initializer_list<std::
       words, [&](const std::string& word) { return std::ranges::find(any, word) != any.end(); });
 }
 
+std::string length_unit_in(const std::vector<std::string>& words) {
+  if (has_word(words, {"mm", "millimeters", "millimetres"})) return "mm";
+  if (has_word(words, {"cm", "centimeters", "centimetres"})) return "cm";
+  if (has_word(words, {"inch", "inches", "in"})) return "in";
+  if (has_word(words, {"ft", "feet", "foot"})) return "ft";
+  return {};
+}
+
 std::optional<PlacedName> placed(const std::vector<std::string>& words) {
   PlacedName name;
   const auto add = [&](std::string_view word) { (name.pattern += name.pattern.empty() ? "" : " ") += word; };

@@ -47,27 +47,33 @@ std::optional<DraftStream> known_reference(const TopicSummary& topic) {
 /// x, y and a heading of one table or message.
 std::optional<DraftStream> named_reference(const TopicSummary& topic) {
   DraftStream stream = stream_of("reference", topic, "by the names of its columns");
-  const auto take = [&](const char* column, std::initializer_list<std::string_view> names, const char* unit) {
+  const auto take = [&](const char* column, std::initializer_list<std::string_view> names, auto unit_in) {
     for (const FieldSummary& field : topic.fields) {
       const std::vector<std::string> words = words_of(field.path);
       const bool is_named = !words.empty() && has_word({words.front()}, names);
-      const bool is_degrees = has_word(words, {"deg", "degrees"});
       if (field.is_text || field.values == 0 || !is_named) continue;
       if (has_word(words, {"rate", "vel", "velocity", "acc", "accel", "m_s", "sigma", "std"})) continue;
-      stream.columns.push_back({.column = column, .field = field.path, .unit = is_degrees ? unit : ""});
+      stream.columns.push_back({.column = column, .field = field.path, .unit = unit_in(words)});
       return true;
     }
     return false;
   };
-  if (take("latitude_deg", {"lat", "latitude"}, "") &&
-      take("longitude_deg", {"lon", "lng", "long", "longitude"}, "")) {
+  using Words = std::vector<std::string>;
+  const auto none = [](const Words&) { return std::string(); };
+  const auto of_length = [](const Words& words) { return length_unit_in({words.back()}); };
+  const auto of_angle = [](const Words& words) {
+    return std::string(has_word(words, {"deg", "degrees"}) ? "deg" : "");
+  };
+  if (take("latitude_deg", {"lat", "latitude"}, none) &&
+      take("longitude_deg", {"lon", "lng", "long", "longitude"}, none)) {
     stream.reason = "satellites: metres of error, no heading";
     return stream;
   }
   stream.columns.clear();
-  const bool has_x = take("x_m", {"x", "px", "pos", "position"}, ""), has_y = take("y_m", {"y", "py"}, "");
+  const bool has_x = take("x_m", {"x", "px", "pos", "position"}, of_length),
+             has_y = take("y_m", {"y", "py"}, of_length);
   if (!has_x || !has_y) return std::nullopt;
-  take("heading_rad", {"heading", "yaw", "theta", "th", "phi", "psi"}, "deg");
+  take("heading_rad", {"heading", "yaw", "theta", "th", "phi", "psi"}, of_angle);
   return stream;
 }
 

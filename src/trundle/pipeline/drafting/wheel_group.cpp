@@ -39,12 +39,11 @@ std::string unit_in(const Words& words, const std::string& unit, WheelQuantity q
       if (is({"rot", "rots", "rotation", "rotations", "rev", "revs", "revolution", "revolutions"}))
         return "rev";
       return {};
-    case WheelQuantity::travel:
-      if (is({"mm", "millimeters", "millimetres"})) return "mm";
-      if (is({"cm", "centimeters", "centimetres"})) return "cm";
-      if (is({"inch", "inches", "in"})) return "in";
-      if (is({"ft", "feet", "foot"})) return "ft";
-      return {};
+    case WheelQuantity::travel: {
+      Words all = words;
+      all.push_back(unit);
+      return length_unit_in(all);
+    }
     case WheelQuantity::rate:
       if (is({"rpm"})) return "rpm";
       if (is({"deg", "degs", "degree", "degrees", "dps"})) return "deg/s";
@@ -117,7 +116,8 @@ std::vector<WheelGroup> all_groups(const logs::LogSummary& summary) {
       mine.group.quantity = *quantity;
       mine.group.unit = unit_in(words, field.unit, *quantity);
       mine.group.wheels.push_back({name->place, &topic, &field});
-      mine.group.moves = mine.group.moves || field.changes > 10;
+      const bool turns = *quantity == WheelQuantity::rate && (field.least != 0.0 || field.most != 0.0);
+      mine.group.moves = mine.group.moves || turns || field.changes > 10;
       mine.words = std::move(words);
     }
   std::vector<WheelGroup> usable;

@@ -40,8 +40,9 @@ std::string column_line(const DraftColumn& column, bool is_csv) {
 }
 
 std::string table_of(const DraftStream& stream) {
-  const bool is_csv =
-      std::ranges::any_of(stream.columns, [](const DraftColumn& c) { return c.column == "time_s"; });
+  const bool is_csv = stream.topic.empty() && std::ranges::all_of(stream.columns, [](const DraftColumn& column) {
+                        return column.topic.empty();
+                      });
   std::string text = fmt::format("[{}]\nfile = {}\n", stream.table, quoted_toml(stream.file));
   if (!stream.topic.empty()) text += fmt::format("topic = {}\n", quoted_toml(stream.topic));
   if (!stream.body_frame.empty()) text += fmt::format("body_frame = {}\n", quoted_toml(stream.body_frame));
@@ -49,6 +50,8 @@ std::string table_of(const DraftStream& stream) {
   if (!stream.time_unit.empty()) text += fmt::format("time_unit = {}\n", quoted_toml(stream.time_unit));
   if (stream.rebuilt_separation_m)
     text += fmt::format("rebuild = {{ wheel_separation_m = {} }}\n", *stream.rebuilt_separation_m);
+  if (is_csv && std::ranges::count(stream.columns, "time_s", &DraftColumn::column) == 0)
+    text += "# columns.time_s =    # TO FILL IN: the column of stamps, or rate_hz\n";
   for (const DraftColumn& column : stream.columns) text += column_line(column, is_csv);
   return text;
 }

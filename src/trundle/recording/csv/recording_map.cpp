@@ -8,6 +8,7 @@
 #include <map>
 #include <regex>
 #include <set>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -36,8 +37,10 @@ std::optional<std::string> run_named(const std::string& name, const std::string&
       expression += "(.+?)";
     else if (std::isalnum(static_cast<unsigned char>(c)) != 0)
       expression += c;
+    else if (std::string_view(R"(\[]^)").find(c) != std::string_view::npos)  // they mean something in a class
+      (expression += '\\') += c;
     else
-      (expression += '[' + std::string(c == '^' ? "\\" : "")) += std::string(1, c) + ']';
+      ((expression += '[') += c) += ']';
   }
   std::smatch match;
   if (!std::regex_match(name, match, std::regex(expression))) return std::nullopt;

@@ -157,6 +157,18 @@ void take_clock_and_cut(TomlReader& table, StreamSource& source) {
                "end_s after start_s");
 }
 
+/// Stamps have the unit of their table and no scale of their own, and come from the stream's messages.
+ColumnSource stamps_in(TomlReader& columns, const std::string& stamp, bool header) {
+  ColumnSource source = column_in(columns, stamp, header);
+  if (source.scale != 1.0)
+    columns.fail(stamp, "has a scale or a sign, which stamps have not",
+                 "time_unit of the table; of a counter of rows rate_hz");
+  if (!source.topic.empty())
+    columns.fail(stamp, fmt::format("is of the topic '{}'", source.topic),
+                 "a field of the stream's own messages");
+  return source;
+}
+
 void take_time(StreamKind kind, TomlReader& table, TomlReader& columns, StreamSource& source) {
   const std::string stamp(stamp_column_of(kind));
   take_clock_and_cut(table, source);
@@ -167,7 +179,7 @@ void take_time(StreamKind kind, TomlReader& table, TomlReader& columns, StreamSo
   if (!stamped && !rate_hz)
     table.fail("columns", fmt::format("gives neither columns.{} nor rate_hz", stamp),
                "a column of stamps, or the rate of the rows");
-  if (stamped) source.time = column_in(columns, stamp, source.format.header);
+  if (stamped) source.time = stamps_in(columns, stamp, source.format.header);
   source.rate_hz = rate_hz.value_or(0.0);
 }
 
@@ -271,7 +283,7 @@ void take_log_time(StreamKind kind, TomlReader& table, StreamSource& source) {
   take_clock_and_cut(table, source);
   std::optional<TomlReader> columns = table.table("columns");
   const std::string stamp(stamp_column_of(kind));
-  if (columns && columns->has(stamp)) source.time = column_in(*columns, stamp, true);
+  if (columns && columns->has(stamp)) source.time = stamps_in(*columns, stamp, true);
   if (source.time && source.time->name.empty())
     columns->fail(stamp, fmt::format("{} is no field's path", stamp), "\"header.stamp\" or \"log_time\"");
 }

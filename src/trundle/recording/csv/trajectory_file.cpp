@@ -93,18 +93,20 @@ Trajectory read_csv(const std::filesystem::path& path) {
   RowRules rules;
   rules.empty_cells = true;
   const Table table = read_table(source, file, rules, findings);
-  Trajectory trajectory;
+  Trajectory trajectory, positions;
   for (std::size_t row = 0; row < table.time_s.size(); ++row) {
     const auto number = [&](std::size_t column) { return table.numbers[column][row]; };
     const Pose2 pose{number(0), number(1), number(2)};
-    if (!std::isfinite(pose.x) || !std::isfinite(pose.y) || !std::isfinite(pose.heading)) continue;
+    if (!std::isfinite(pose.x) || !std::isfinite(pose.y)) continue;
+    positions.poses.push_back({table.time_s[row], {pose.x, pose.y, kNotMeasured}});
+    if (!std::isfinite(pose.heading)) continue;
     trajectory.poses.push_back({table.time_s[row], pose});
     if (source.columns.size() == kPoseColumns) continue;
     trajectory.covariances.push_back(
         symmetric(number(3), number(4), number(5), number(6), number(7), number(8)));
     require_covariance(trajectory.covariances.back(), table.origin.place_of(row));
   }
-  return with_continuous_heading(std::move(trajectory));
+  return trajectory.poses.empty() ? positions : with_continuous_heading(std::move(trajectory));
 }
 
 void write(const Trajectory& trajectory, TrajectoryFormat format, const TakeText& take) {
@@ -135,7 +137,7 @@ Trajectory read_trajectory(const std::filesystem::path& path) {
                                  path.filename().string()));
   Trajectory trajectory = path.extension() == ".tum" ? read_tum(path) : read_csv(path);
   if (trajectory.poses.empty())
-    throw InputError(path.string(), "holds no complete pose", "rows of time, x, y and heading");
+    throw InputError(path.string(), "holds no pose", "rows of time, x, y and heading");
   return trajectory;
 }
 

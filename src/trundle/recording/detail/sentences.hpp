@@ -268,6 +268,11 @@ inline constexpr Sentence kSentences[] = {
      "from {start:.1f} s to {end:.1f} s after the start {count} of {all} sightings of landmarks seen before "
      "do not fit: the filter diverged there, and neither its trajectory nor its ± is right; is the "
      "robot calibrated, does [noise] say how far its odometry can be trusted, do bearings turn to the left?"},
+    {misplaced_landmark, with<Stretch>,
+     "landmark {quoted}: from {start:.1f} s to {end:.1f} s after the start {count} of {all} of its sightings "
+     "do not fit where it was put: the first one was wrong, it was moved, or two have this name; --smooth, "
+     "and "
+     "--filter smoother, use all of them"},
     {noise, with<Amount>,
      "half of all innovations squared (NIS) are above {value:.1f} (expected if consistent: 1.39): sigmas of "
      "[landmark_sensor] or [noise] are too small, and so is every ±"},

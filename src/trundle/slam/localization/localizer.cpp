@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "trundle/io/error.hpp"
 #include "trundle/io/interruption.hpp"
@@ -50,7 +51,7 @@ class Collector {
   Localization result() {
     LocalizationCounts& counts = result_.counts;
     if (!nis_.empty()) {
-      for (const double nis : nis_) counts.mean_nis += nis / static_cast<double>(nis_.size());
+      counts.mean_nis = std::accumulate(nis_.begin(), nis_.end(), 0.0) / static_cast<double>(nis_.size());
       counts.median_nis = median(std::move(nis_));
     }
     return std::move(result_);
@@ -78,8 +79,8 @@ class Collector {
     }
   }
 
-  /// Rows after the last at which nothing spoke against them: all, where nothing ever confirmed the start. A
-  /// start that the very first sightings refute has no row yet.
+  /// Rows after the last sighting that fitted with nothing against it: all, where nothing ever confirmed the
+  /// start. A start that the very first sightings refute has no row yet.
   void withdraw(double now_s, std::uint64_t steps) {
     if (result_.stretches.empty() || result_.stretches.back().noticed_s) return;
     KnownStretch& stretch = result_.stretches.back();
@@ -90,11 +91,13 @@ class Collector {
       poses.pop_back();
       covariances.pop_back();
     }
-    if (poses.empty() || poses.back().time_s < stretch.start_s)
-      stretch.end_s = stretch.start_s;
-    else
+    if (poses.empty() || poses.back().time_s < stretch.start_s) {
+      result_.refuted_s.push_back(now_s);
+      result_.stretches.pop_back();
+    } else {
       stretch.end_s = poses.back().time_s;
-    stretch.noticed_s = now_s;
+      stretch.noticed_s = now_s;
+    }
   }
 
   const KnownMap& map_;
@@ -255,7 +258,9 @@ void Localizer::check() {
   report_.phase = LocalizerPhase::tracking;
   report_.alarm = alarm_ / limit();
   const double p = probability();
-  if (alarm_ == 0.0 && p >= 1.0 - options_.error_probability) confirmed_step_ = seen_.now();
+  const bool matches =
+      std::ranges::count(report_.observations, Decision::matched, &ObservationReport::decision) > 0;
+  if (matches && alarm_ == 0.0 && p >= 1.0 - options_.error_probability) confirmed_step_ = seen_.now();
   if (alarm_ < limit() && p >= 0.5) return;
   report_.phase = LocalizerPhase::lost;
   if (alarm_ < limit())

@@ -124,14 +124,14 @@ class Localizer {
   bool was_ambiguous_ = false;  ///< the last search: not all places were tried that explain what was seen
   double log_odds_ = 0.0;       ///< of the one that is known
   double alarm_ = 0.0;
-  std::uint64_t confirmed_step_ = 0;  ///< the last at which nothing spoke against the pose
+  std::uint64_t confirmed_step_ = 0;  ///< the last with a sighting that fitted and nothing against the pose
   LocalizerReport report_;
 };
 
 /// A stretch of a recording over which the pose is known.
 struct KnownStretch {
   double start_s = 0.0;
-  double end_s = 0.0;               ///< the last time at which nothing spoke against it
+  double end_s = 0.0;               ///< the last sighting that fitted, with nothing against it
   std::optional<double> noticed_s;  ///< when that was noticed; nothing: it lasts to the end
 };
 
@@ -139,11 +139,11 @@ struct KnownStretch {
 struct LocalizationCounts {
   std::size_t matched = 0;
   std::size_t rejected = 0;
-  std::size_t invalid = 0;    ///< no numbers, or no sensible ones
-  std::size_t unmapped = 0;   ///< their names are not in the map
-  std::size_t searching = 0;  ///< seen while the pose was not known
-  double mean_nis = 0.0;      ///< of matched sightings; 2 if consistent
-  double median_nis = 0.0;
+  std::size_t invalid = 0;              ///< no numbers, or no sensible ones
+  std::size_t unmapped = 0;             ///< their names are not in the map
+  std::size_t searching = 0;            ///< seen while the pose was not known
+  std::optional<double> mean_nis = {};  ///< of matched sightings; 2 if consistent; nothing: there are none
+  std::optional<double> median_nis = {};
   std::size_t most_particles = 0;
 };
 
@@ -151,6 +151,7 @@ struct LocalizationCounts {
 struct Localization {
   Trajectory trajectory;  ///< online estimate, where it is known; with covariance
   std::vector<KnownStretch> stretches;
+  std::vector<double> refuted_s;         ///< when what nothing had ever confirmed was withdrawn, all of it
   std::vector<LocalizerReport> reports;  ///< one for each step
   LocalizationCounts counts;
 };

@@ -1,6 +1,7 @@
 #include "trundle/slam/smoothing/placement.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <iterator>
 #include <map>
 #include <set>
@@ -51,13 +52,7 @@ class FramePlacement {
 
   std::vector<PlacedPath> run() {
     place(first(), {});
-    for (std::size_t i = 1; i < robots_.size(); ++i) {
-      const std::size_t next = nearest();
-      if (own_[next].empty())
-        place_along_meetings(next);
-      else
-        place(next, frame_of(next));
-    }
+    for (std::size_t i = 1; i < robots_.size(); ++i) place_next();
     return in_first_frame();
   }
 
@@ -114,24 +109,38 @@ class FramePlacement {
     return pairs;
   }
 
-  /// The next to be placed: with the most landmarks in common, then with the most sightings of robots.
-  std::size_t nearest() const {
-    std::pair<std::size_t, std::size_t> most{};
-    std::size_t next = robots_.size();
-    std::size_t left = robots_.size();
-    for (std::size_t i = 0; i < robots_.size(); ++i) {
-      if (placed_[i]) continue;
-      left = std::min(left, i);
-      const std::pair shared(landmark_pairs(i).size(), robot_pairs(i).size());
-      if (shared <= most) continue;
-      most = shared;
-      next = i;
-    }
-    if (next == robots_.size())
-      throw CannotAnswer(
-          fmt::format("{}: no overlap: it shares no landmark and no sighting of a robot with {}",
-                      robots_[left].name, names_of_placed()));
-    return next;
+  /// Those to be placed that share something with placed ones: first whoever shares the most landmarks, then
+  /// the most sightings of robots.
+  std::vector<std::size_t> nearest_first() const {
+    using Shared = std::pair<std::size_t, std::size_t>;
+    std::vector<std::pair<Shared, std::size_t>> candidates;
+    for (std::size_t i = 0; i < robots_.size(); ++i)
+      if (const Shared shared(landmark_pairs(i).size(), robot_pairs(i).size());
+          !placed_[i] && shared > Shared{})
+        candidates.emplace_back(shared, i);
+    std::ranges::stable_sort(candidates, std::greater{},
+                             [](const auto& candidate) { return candidate.first; });
+    std::vector<std::size_t> robots;
+    for (const auto& [shared, robot] : candidates) robots.push_back(robot);
+    return robots;
+  }
+
+  /// The nearest whose frame is determined by what it shares: those placed so may determine that of others.
+  void place_next() {
+    const std::vector<std::size_t> candidates = nearest_first();
+    for (const std::size_t robot : candidates)
+      if (is_placed_by_what_it_shares(robot)) return;
+    if (!candidates.empty()) throw_undetermined(candidates.front());
+    const auto left = std::ranges::find_if(placed_, std::logical_not{}) - placed_.begin();
+    throw CannotAnswer(fmt::format("{}: no overlap: it shares no landmark and no sighting of a robot with {}",
+                                   robots_[static_cast<std::size_t>(left)].name, names_of_placed()));
+  }
+
+  bool is_placed_by_what_it_shares(std::size_t robot) {
+    if (own_[robot].empty()) return is_placed_along_meetings(robot);
+    const std::optional<Pose2> frame = frame_of(robot);
+    if (frame) place(robot, *frame);
+    return frame.has_value();
   }
 
   std::string names_of_placed() const {
@@ -147,21 +156,20 @@ class FramePlacement {
         robots_[robot].name, names_of_placed()));
   }
 
-  /// Landmarks alone where there are three: that many sightings of robots would outvote them.
-  Pose2 frame_of(std::size_t robot) const {
+  /// Landmarks alone where there are three: that many sightings of robots would outvote them. Nothing: they
+  /// lie in one place.
+  std::optional<Pose2> frame_of(std::size_t robot) const {
     constexpr std::size_t kEnough = 3;  // two give a frame, the third contradicts a wrong one
     std::vector<PointPair> pairs = landmark_pairs(robot);
     if (pairs.size() < kEnough) {
       const std::vector<PointPair> more = robot_pairs(robot);
       pairs.insert(pairs.end(), more.begin(), more.end());
     }
-    const std::optional<Pose2> frame = robust_rigid_motion(pairs);
-    if (!frame) throw_undetermined(robot);
-    return *frame;
+    return robust_rigid_motion(pairs);
   }
 
   /// From the first sightings that link it with placed ones, until their places are far enough apart.
-  Pose2 frame_at_first(std::size_t robot) const {
+  std::optional<Pose2> frame_at_first(std::size_t robot) const {
     std::vector<PointPair> pairs;
     double sigma_m = 0.0, apart_m = 0.0;
     for (const RobotSighting& sighting : seen_) {
@@ -171,12 +179,10 @@ class FramePlacement {
       apart_m = std::max(apart_m, (pairs.back().from - pairs.front().from).norm());
       if (apart_m > kApartInSigmas * sigma_m) break;
     }
-    const std::optional<Pose2> frame = robust_rigid_motion(pairs);
-    if (!frame) throw_undetermined(robot);
-    return *frame;
+    return robust_rigid_motion(pairs);
   }
 
-  void place_along_meetings(std::size_t robot);
+  bool is_placed_along_meetings(std::size_t robot);
 
   std::vector<PlacedPath> in_first_frame() const {
     const Pose2 first_from_world = robots_.front().prior.start * placed_.front()->start.inverse();
@@ -197,11 +203,14 @@ class FramePlacement {
   std::vector<std::optional<PlacedPath>> placed_;  ///< by robot; nothing: not yet
 };
 
-// The poses of placed robots at its sightings are known; its chain grows along them.
-void FramePlacement::place_along_meetings(std::size_t robot) {
+// The poses of placed robots at its sightings are known; its chain grows along them. False: they do not fix
+// it.
+bool FramePlacement::is_placed_along_meetings(std::size_t robot) {
   const RobotRecording& recording = robots_[robot];
   SlamPrior prior = recording.prior;
-  prior.start = frame_at_first(robot) * start_of(recording, recording.path);
+  const std::optional<Pose2> frame = frame_at_first(robot);
+  if (!frame) return false;
+  prior.start = *frame * start_of(recording, recording.path);
   prior.start_covariance = free_start_covariance();
   const CountedErrors errors = counted_errors(recording.input, prior, recording.systematic);
   SmoothingProblem problem{.sensors = {},
@@ -240,10 +249,11 @@ void FramePlacement::place_along_meetings(std::size_t robot) {
   const Minimum minimum =
       minimum_near(problem, grown_from(problem, std::move(state)), minimiser,
                    {.most_iterations = options_.most_iterations, .enough = options_.enough});
-  if (!minimiser.linearise(problem, minimum.state)) throw_undetermined(robot);
+  if (!minimiser.linearise(problem, minimum.state)) return false;
   Trajectory path = track.trajectory(minimum.state, minimiser);
   const Pose2 start = start_of(recording, path);
   add(robot, {start, std::move(path)});
+  return true;
 }
 
 }  // namespace

@@ -13,6 +13,8 @@ namespace trundle::pipeline {
 /// The words of a name, in small letters: of "FrontLeft/DrivePositionRad[2]" front, left, drive, position,
 /// rad, 2.
 [[nodiscard]] std::vector<std::string> words_of(std::string_view name);
+/// "mm", "cm", "in" or "ft" where a word says so; empty: none does.
+[[nodiscard]] std::string length_unit_in(const std::vector<std::string>& words);
 /// Of a topic and a field of it; the field of a topic that is a single value has no name of its own.
 [[nodiscard]] std::vector<std::string> words_of(const logs::TopicSummary& topic,
                                                 const logs::FieldSummary& field);

@@ -210,9 +210,14 @@ void gate(std::span<const std::size_t> shown, std::span<const Observation> obser
 
 void add_sighting(std::size_t i, const Observation& observation, IncrementalBelief& belief) {
   int landmark = landmark_of(i, observation, belief);
-  if (landmark < 0) landmark = add_landmark(observation, belief);
+  ObservationReport& report = belief.report.observations[i];
+  if (landmark < 0) {
+    landmark = add_landmark(observation, belief);
+  } else if (report.decision == Decision::created) {
+    report.decision = Decision::matched;  // the step's first sighting of it made it
+  }
   if (observation.landmark < 0) belief.unidentified.show(i, nth(landmark));
-  belief.report.observations[i].landmark = belief.table.id_of(landmark);
+  report.landmark = belief.table.id_of(landmark);
   belief.table.add_sightings(landmark, 1);
   belief.graph.add_sighting(landmark, observation);
 }
