@@ -110,10 +110,16 @@ std::vector<double> numbers_of(const Column& column) {
   return numbers;
 }
 
+/// Whole numbers are floats in an array of which one is missing: 1.0 is the landmark '1'.
+std::string name_in(const py::handle& value) {
+  const bool is_whole = py::hasattr(value, "is_integer") && value.attr("is_integer")().cast<bool>();
+  return is_whole ? text_of(py::int_(py::reinterpret_borrow<py::object>(value))) : text_of(value);
+}
+
 std::vector<std::string> texts_of(const Column& column) {
   std::vector<std::string> texts;
   for (const py::handle& value : array_of(column, true))
-    texts.push_back(is_missing(value) ? "" : text_of(value));
+    texts.push_back(is_missing(value) ? "" : name_in(value));
   clear_masked(column, texts, std::string());
   return texts;
 }

@@ -371,6 +371,53 @@ TEST_F(Init, ColumnsOfASimpleLoggerAreKnown) {
   EXPECT_THAT(draft, HasSubstr("columns.latitude_deg = \"lat\""));
 }
 
+/// Wheels, and what a motion capture saw of them: in millimetres, with headings.
+std::string captured_table() {
+  std::string text = "Time (s),X (mm),Y (mm),Yaw (deg)\n";
+  drive_along([&](int row, const Driven& driven) {
+    text +=
+        fmt::format("{},{},{},{}\n", kDrivenStep_s * row, 1e3 * driven.left_m, row, 30.0 * driven.right_m);
+  });
+  return text;
+}
+
+// Odometry would follow what it is to be compared with.
+TEST_F(Init, TheHeadingOfAReferenceIsNoGyro) {
+  put("seen/wheels.csv", table());
+  put("seen/mocap.csv", captured_table());
+  ASSERT_EQ(run({"init", "seen", "-o", "mine"}).exit_code, 0);
+  EXPECT_THAT(text("mine/recording.toml"), HasSubstr("columns.yaw_rate_rad_s = \"gyro_z_rad_s\""));
+  std::filesystem::remove(sample_.folder() / "seen/wheels.csv");
+  std::string ticks = "time_s,left_ticks,right_ticks\n";
+  drive_along([&](int row, const Driven& driven) {
+    ticks +=
+        fmt::format("{},{:.0f},{:.0f}\n", kDrivenStep_s * row, 1e4 * driven.left_m, 1e4 * driven.right_m);
+  });
+  put("seen/encoders.csv", ticks);
+  ASSERT_EQ(run({"init", "seen", "-o", "yours"}).exit_code, 0);
+  const std::string draft = text("yours/recording.toml");
+  EXPECT_THAT(draft, Not(HasSubstr("[gyro]"))) << draft;
+  EXPECT_THAT(text("yours/robot.toml"), Not(HasSubstr("[gyro]")));
+  EXPECT_THAT(draft, HasSubstr("columns.x_m = { column = \"X (mm)\", unit = \"mm\" }"));
+  EXPECT_THAT(draft, HasSubstr("columns.heading_rad = { column = \"Yaw (deg)\", unit = \"deg\" }"));
+}
+
+TEST_F(Init, StampsThatAreNoNumbersAreToBeFilledIn) {
+  std::string dated = "date,left_ticks,right_ticks\n", steady = "t,left_rpm,right_rpm\n";
+  for (int row = 0; row < 60; ++row) {
+    dated += fmt::format("2024-01-01T00:00:{:02},{},{}\n", row, 10 * row, 11 * row);
+    steady += fmt::format("{},5,6\n", 0.1 * row);
+  }
+  put("dated/log.csv", dated);
+  const Outcome drafted = run({"init", "dated", "-o", "mine"});
+  ASSERT_EQ(drafted.exit_code, 0) << drafted.err;
+  EXPECT_THAT(drafted.out, HasSubstr("no column of its table rises as stamps do"));
+  EXPECT_THAT(text("mine/recording.toml"), HasSubstr("# columns.time_s =    # TO FILL IN"));
+  // A rate that stays the same moves all the while.
+  put("steady/log.csv", steady);
+  EXPECT_THAT(run({"init", "steady", "-o", "yours"}).out, Not(HasSubstr("none of them moves")));
+}
+
 TEST_F(Init, WhereNothingIsRecognisedNoRunIsAdvised) {
   put("empty/data.csv", "a,b\n1,2\n3,4\n");
   const Outcome drafted = run({"init", "empty", "-o", "mine"});

@@ -55,6 +55,37 @@ class Lines(unittest.TestCase):
                 call()
             self.assertTrue(str(caught.exception).startswith(line), str(caught.exception))
 
+    def test_a_recording_is_not_saved_over_itself(self):
+        with tempfile.TemporaryDirectory() as folder:
+            given = "# by hand\ntime_s,left_ticks,right_ticks,battery_v\n0,1,2,12\n1,2,3,12\n"
+            Path(folder, "wheels.csv").write_text(given)
+            with self.assertRaisesRegex(ValueError, "part of a recording"):
+                trundle.Recording(folder).save(folder)
+            self.assertEqual(Path(folder, "wheels.csv").read_text(), given)
+
+    def test_a_robot_is_an_object_or_a_path_everywhere(self):
+        recording = trundle.Recording(TOUR)
+        self.assertEqual(recording.info(ROBOT), recording.info(trundle.Robot(ROBOT)))
+        self.assertEqual(trundle.Odometer(Path(ROBOT)).finish(), [])
+        self.assertEqual(trundle.IncrementalSmoother(ROBOT).pose.x_m, 0.0)
+        for call in (recording.info, trundle.Odometer, trundle.IncrementalSmoother):
+            with self.assertRaisesRegex(ValueError, "nowhere.toml"):
+                call("nowhere.toml")
+            with self.assertRaisesRegex(TypeError, "a Robot, or the path of its file"):
+                call(3)
+
+    def test_one_name_is_one_parameter(self):
+        square = f"{DEMO}/session_01/square_cw_01"
+        fixed = trundle.calibrate([square, f"{DEMO}/session_01/square_ccw_01"], ROBOT, fix="track")
+        self.assertNotIn("track", [parameter.name for parameter in fixed.parameters])
+
+    def test_whole_numbers_name_landmarks_though_one_is_missing(self):
+        seen = {"time_s": [0.0, 0.5, 1.0], "landmark": numpy.array([1.0, numpy.nan, 12.0]),
+                "range_m": [1.0, 2.0, 3.0], "bearing_rad": [0.0, 0.1, 0.2]}
+        wheels = {"time_s": [0.0, 1.0], "left_ticks": [0, 1], "right_ticks": [0, 1]}
+        recording = trundle.Recording.from_arrays("x", wheels=wheels, sightings=seen)
+        self.assertEqual(list(recording.sightings["landmark"]), ["1", "", "12"])
+
     def test_wrong_types_are_type_errors(self):
         with self.assertRaises(TypeError):
             trundle.odometry(TOUR, ROBOT, start=(1, 2))

@@ -268,6 +268,44 @@ TEST(RecordingMap, TwoStarsNameARunTogether) {
   EXPECT_THAT(recordings_below(logs.path()), testing::Contains(logs / "mon_01"));
 }
 
+// What means something in an expression means itself in a file's name.
+TEST(RecordingMap, PatternsTakeFileNamesAsTheyAre) {
+  const test::Folder folder;
+  for (const std::string name : {"run[1]_a", "run[1]_b", "w\\in^{x}_a"})
+    folder.write(name + ".csv", "0,1,2\n1,2,3\n");
+  const auto runs = [&](const std::string& pattern) {
+    folder.write("recording.toml", "[wheels]\nfile = '" + pattern +
+                                       "'\nheader = false\ncolumns = { time_s = 1, left_ticks = 2 }\n");
+    std::vector<std::string> names;
+    for (const auto& path : recordings_below(folder.path())) names.push_back(path.filename().string());
+    return names;
+  };
+  EXPECT_THAT(runs("run[1]_*.csv"), ElementsAre("a", "b"));
+  EXPECT_THAT(runs("w\\in^{x}_*.csv"), ElementsAre("a"));
+  EXPECT_THROW(runs("runs\\*.csv"), InputError);  // a path of Windows
+}
+
+TEST(RecordingMap, StampsHaveNoScaleOfTheirOwn) {
+  for (const std::string stamps : {"{ column = 1, scale = 0.05 }", "{ column = 1, sign = -1 }"})
+    EXPECT_THAT(
+        [&] {
+          mapped("0,1,2\n1,2,3\n", "[wheels]\nfile = \"log.txt\"\nheader = false\ncolumns.time_s = " +
+                                       stamps + "\ncolumns.left_ticks = 2\n");
+        },
+        testing::ThrowsMessage<InputError>(testing::HasSubstr("rate_hz")))
+        << stamps;
+}
+
+TEST(Recordings, WhatACommandWroteBelowThemIsNone) {
+  const test::Folder session;
+  for (const std::string run : {"a", "b"}) {
+    session.write(run + "/wheels.csv", "time_s,left_ticks,right_ticks\n0,1,2\n1,2,3\n");
+    session.write("out/" + run + "/run.json", "{}");
+    session.write("out/" + run + "/reference.csv", "time_s,x_m,y_m,heading_rad\n0,0,0,0\n1,0,0,0\n");
+  }
+  EXPECT_THAT(recordings_below(session.path()), ElementsAre(session / "a", session / "b"));
+}
+
 PartialReference partial(const std::string& lines) {
   const test::Folder folder;
   folder.write("recording.toml", "[reference]\n" + lines);

@@ -88,6 +88,16 @@ TEST(TrajectoryFile, a_covariance_that_is_none_is_refused_at_its_row) {
     }
 }
 
+TEST(TrajectoryFile, a_reference_without_any_heading_is_one_of_positions) {
+  const test::Folder folder;
+  const Trajectory read =
+      read_trajectory(folder.write("reference.csv", "time_s,x_m,y_m,heading_rad\n0,1,2,\n1,,3,\n2,4,5,\n"));
+  ASSERT_EQ(read.poses.size(), 2U);
+  EXPECT_EQ(read.poses[1].pose.x, 4.0);
+  EXPECT_TRUE(std::isnan(read.poses[1].pose.heading));
+  EXPECT_FALSE(read.has_covariance());
+}
+
 TEST(TrajectoryFile, reference_csv_leaves_out_incomplete_poses) {
   const test::Folder folder;
   const Trajectory read = read_trajectory(

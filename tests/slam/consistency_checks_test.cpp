@@ -44,7 +44,7 @@ TEST(ConsistencyChecks, ReportAFilterThatDiverged) {
   EXPECT_THAT(describe(findings.front()), testing::StartsWith("from 120.0 s to "));
 }
 
-/// Its landmarks with names.
+/// The same with names for its landmarks.
 SlamInput named_input_of(const test::SlamWorld& world) {
   SlamInput input = input_of(world);
   for (std::size_t i = 0; i < world.landmarks.size(); ++i)
@@ -52,14 +52,11 @@ SlamInput named_input_of(const test::SlamWorld& world) {
   return input;
 }
 
-/// The first time that it is seen it is read so much too far away.
-void misread_first(LandmarkId landmark, double by_m, SlamInput& input) {
-  for (SlamStep& step : input.steps)
-    for (Observation& observation : step.observations)
-      if (observation.landmark == landmark) {
-        observation.range_m += by_m;
-        return;
-      }
+/// Of what is seen in the first instant the furthest is read so much too far away.
+LandmarkId misread_furthest(double by_m, SlamInput& input) {
+  Observation& wrong = *std::ranges::max_element(input.steps.front().observations, {}, &Observation::range_m);
+  wrong.range_m += by_m;
+  return wrong.landmark;
 }
 
 // An extended Kalman filter never moves a landmark from where its first sighting put it, if no later one
@@ -73,8 +70,7 @@ TEST(ConsistencyChecks, NameTheLandmarkWhoseFirstSightingWasWrong) {
     const SmoothedSlam clean_smoothed = smooth(input, world.sensor, clean);
     EXPECT_TRUE(consistency_checks(input, clean, nullptr).empty()) << seed;
     EXPECT_TRUE(consistency_checks(input, clean, &clean_smoothed).empty()) << seed;
-    const LandmarkId wrong = input.steps.front().observations.front().landmark;
-    misread_first(wrong, 1.0, input);
+    const LandmarkId wrong = misread_furthest(1.0, input);
     const SlamResult filtered = slam(input, world.sensor, ekf);
     const std::vector<Finding> findings = consistency_checks(input, filtered, nullptr);
     ASSERT_EQ(findings.size(), 1U) << seed;

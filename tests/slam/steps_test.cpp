@@ -94,7 +94,7 @@ TEST(Steps, AreCutAtTheFirstStampWhereAsked) {
     EXPECT_EQ(cut.by_sensor_clock.size(), cut.steps.size());
     EXPECT_EQ(cut.steps.front().time_s, start_s);
     EXPECT_TRUE(cut.steps.front().observations.empty());
-    EXPECT_EQ(cut.steps.front().motion.mean, Pose2{});
+    EXPECT_EQ(log(cut.steps.front().motion.mean).vector().norm(), 0.0);
     EXPECT_EQ(cut.steps[1].time_s, plain.steps.front().time_s);
     EXPECT_LT((end_of(cut).translation() - end_of(plain).translation()).norm(), 1e-12);
   }

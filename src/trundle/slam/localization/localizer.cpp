@@ -146,10 +146,8 @@ const LocalizerReport& Localizer::step(const Motion& motion, std::span<const Obs
   search_alternatives();
   is_known() ? check() : accept();
   report_.hypotheses = hypotheses_.all().size();
-  if (const auto* particles = std::get_if<PoseParticles>(&filter_)) {
-    report_.particles = particles->poses().size();
+  if (const auto* particles = std::get_if<PoseParticles>(&filter_))
     report_.effective_particles = particles->effective_particles();
-  }
   return report_;
 }
 
@@ -200,6 +198,7 @@ void Localizer::track(const Motion& motion, std::span<const Observation> observa
   };
   const MapStepReport& found = *std::visit(step, filter_);
   report_.observations = found.observations;
+  report_.particles = found.particles;
   log_odds_ -= found.new_evidence_against;
   alarm_ = std::max(0.0, alarm_ + found.against);
   hypotheses_.remove(estimate()->pose);

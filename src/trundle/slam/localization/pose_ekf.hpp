@@ -13,10 +13,11 @@ struct MapStepReport {
   /// Log of how much better the readings fit somewhere else: docs/theory/localization.md, eq. 43.
   double against = 0.0;
   double new_evidence_against = 0.0;  ///< the same of what is new among them
+  std::size_t particles = 0;          ///< that were weighed; 0: one Gaussian
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.observations, self.against, self.new_evidence_against);
+    archive(self.observations, self.against, self.new_evidence_against, self.particles);
   }
 };
 

@@ -124,6 +124,7 @@ const MapStepReport& PoseParticles::step(const Motion& motion, std::span<const O
                                          std::span<const double> novelty) {
   report_.observations.assign(observations.size(), {});
   report_.against = report_.new_evidence_against = 0.0;
+  report_.particles = poses_.size();
   pending_.add(motion);
   const bool any =
       std::ranges::any_of(observations, [&](const Observation& o) { return may_be_mapped(o, *map_); });
