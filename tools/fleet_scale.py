@@ -125,10 +125,11 @@ def main() -> None:
         print(f"rows: {counts}; exit {client.returncode}")
         alone.measure()
         each, scatter = statistics.mean(alone.each_s), statistics.stdev(alone.each_s) / len(alone.each_s) ** 0.5
-        work, whole = each * total, sum(cpu.values())
+        done = sum(counts.values())  # all, unless the client was ended before
+        work, whole = each * done, sum(cpu.values())
         print("seconds of the processor: " + ", ".join(f"{name} {seconds:.1f}" for name, seconds in cpu.items()))
         print(f"work alone {1e3 * each:.1f} ± {1e3 * scatter:.1f} ms a log, by {len(alone.each_s)} samples in between, {work:.0f} s in all; with the engine {whole:.0f} s: {100 * (whole / work - 1):.1f} ± {100 * whole / work * scatter / each:.1f} % more")
-        print(f"{wall:.0f} s in all, {total / wall:.1f} logs/s; 10 000 robots at this rate: {3e4 / (total / wall) / 3600:.2f} h")
+        print(f"{wall:.0f} s in all, {done / wall:.1f} logs/s; 10 000 robots at this rate: {3e4 / (done / wall) / 3600:.2f} h")
     finally:
         pool.terminate()
         for process in processes:

@@ -23,9 +23,8 @@ Robot with_sensor_beside(Robot robot, double distance_m, double azimuth_rad) {
 std::vector<Recording> turns_both_ways(const Robot& nominal, const Robot& truth) {
   std::vector<Recording> recordings;
   for (const double sense : {1.0, -1.0, 1.0, -1.0}) {
-    Scenario scenario =
-        test::scenario_of(nominal, truth, simulation::turn_on_the_spot(sense * 4.0 * kPi),
-                          50 + static_cast<std::uint64_t>(recordings.size()));
+    Scenario scenario = test::scenario_of(nominal, truth, simulation::turn_on_the_spot(sense * 4.0 * kPi),
+                                          50 + static_cast<std::uint64_t>(recordings.size()));
     scenario.encoders.rate_hz = scenario.reference.rate_hz = 20.0;
     scenario.reference.with_heading = false;
     recordings.push_back(simulate(scenario).recording);
@@ -44,9 +43,11 @@ TEST(PositionsBesideTheCentre, ShowTheTrackWhereverTheirSensorIs) {
       const double azimuth_rad = radians(azimuth_deg);
       const Robot nominal = with_sensor_beside(test::nominal_differential(), distance_m, azimuth_rad);
       const Robot truth = with_sensor_beside(test::true_differential(), distance_m, azimuth_rad);
-      Robot given = nominal;  // turns alone do not tell the diameters from the track
-      given.chassis.wheel_storage[0].diameter_m = truth.chassis.wheel_storage[0].diameter_m;
-      given.chassis.wheel_storage[1].diameter_m = truth.chassis.wheel_storage[1].diameter_m;
+      Robot given = nominal;  // turns alone do not tell the track from the diameters
+      for (int i = 0; i < 2; ++i) {
+        const Parameter diameter{ParameterKind::diameter, i};
+        set_value(diameter, value_of(diameter, truth), given);
+      }
       const CalibrationResult result =
           calibrate(turns_both_ways(nominal, truth), {}, given, {.fix = {"left.diameter", "right.diameter"}});
       const auto track = std::ranges::find(result.parameters, Parameter{ParameterKind::track, -1},

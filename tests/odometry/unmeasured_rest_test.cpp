@@ -1,4 +1,6 @@
 // A gyro that falls silent while the robot stands: no wheel measures turning then.
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -38,9 +40,8 @@ double heading_lost(const Robot& robot, double rate_hz, int rows, double silence
   return std::abs(odometer.pose().heading - before);
 }
 
-/// What is not measured is taken to go on as before. Of a robot that stands that is nothing but the gyro's
-/// noise over what was read since the last block of rest, one row at least: it may not be the turn before the
-/// rest.
+/// What is not measured is taken to go on as before. Of a robot that stands that is the gyro's noise, at most
+/// that of one row, and not the turn before the rest.
 TEST(UnmeasuredRest, TheHeadingStaysWhereARobotThatStandsLosesItsGyro) {
   constexpr double kSilence_s = 6.0;
   for (const double lever_m : {0.1, 0.0})
@@ -49,7 +50,8 @@ TEST(UnmeasuredRest, TheHeadingStaysWhereARobotThatStandsLosesItsGyro) {
       for (int rows = 0; rows <= static_cast<int>(rate_hz); ++rows)
         worst_rad = std::max(worst_rad, heading_lost(pods_and_gyro(lever_m), rate_hz, rows, kSilence_s));
       const double noise_rad = kSilence_s * test::kGyro.noise_rad_s_sqrt_hz * std::sqrt(rate_hz);
-      std::printf("lever %.1f m, %.0f Hz: at most %.5f rad, noise %.5f\n", lever_m, rate_hz, worst_rad, noise_rad);
+      std::printf("lever %.1f m, %.0f Hz: at most %.5f rad, noise %.5f\n", lever_m, rate_hz, worst_rad,
+                  noise_rad);
       EXPECT_LT(worst_rad, 4.0 * noise_rad) << lever_m << " " << rate_hz;
     }
 }

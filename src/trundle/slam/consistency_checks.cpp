@@ -85,7 +85,9 @@ void check_filter(const SlamInput& input, const SlamResult& filtered, std::vecto
   for (const auto& [landmark, stretch] : by_landmark) {
     if (!stretch.is_lost()) continue;
     findings.push_back(stretch.finding(FindingCode::misplaced_landmark, input));
-    findings.back().subjects = {input.landmarks[static_cast<std::size_t>(landmark)]};
+    const auto number = static_cast<std::size_t>(landmark);
+    findings.back().subjects = {number < input.landmarks.size() ? input.landmarks[number]
+                                                                : std::to_string(number)};
   }
   const SlamCounts& counts = filtered.counts;
   const std::size_t seen = counts.matched + counts.rejected;
@@ -160,16 +162,12 @@ std::vector<Finding> consistency_checks(const SlamInput& input, const SlamResult
   check_filter(input, filtered, findings);
   if (smoothed == nullptr) return findings;
   const std::vector<Finding> of_smoother = consistency_checks(smoothed->counts);
-  const auto is_refuted = [](const Finding& finding) {
-    return finding.code == FindingCode::lost || finding.code == FindingCode::misplaced_landmark;
-  };
+  const bool was_lost = !findings.empty() && findings.front().code == FindingCode::lost;
   // Where all that was seen fits together the filter alone was wrong: good to know, and the result
-  // is consistent.
-  const bool has_recovered = std::ranges::any_of(findings, is_refuted) && of_smoother.empty() &&
-                             !has_many_outliers(smoothed->counts);
-  if (has_recovered)
-    for (Finding& finding : findings)
-      if (is_refuted(finding)) finding.severity = Severity::note;
+  // is consistent. A landmark's place is that of all its sightings now.
+  const bool has_recovered = was_lost && of_smoother.empty() && !has_many_outliers(smoothed->counts);
+  for (Finding& finding : findings)
+    if (has_recovered || finding.code == FindingCode::misplaced_landmark) finding.severity = Severity::note;
   findings.insert(findings.end(), of_smoother.begin(), of_smoother.end());
   if (!has_recovered) check_contradiction(filtered, *smoothed, findings);
   check_offsets(*smoothed, findings);
