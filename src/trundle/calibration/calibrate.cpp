@@ -128,8 +128,34 @@ void add_offers(const std::vector<ParameterOffer>& offers, CalibrationResult& re
   for (const ParameterOffer& offer : offers) result.notes.push_back(offer.words());
 }
 
+/// Whether nobody has said where the references' sensor is: it is taken to be in the robot's middle.
+bool leaves_sensor_open(const Robot& robot, const CalibrateOptions& options) {
+  const Pose2& place = robot.body_from_reference;
+  const auto is_of_sensor = [](const std::string& name) {
+    return name == "reference.x" || name == "reference.y" || name == "reference.heading";
+  };
+  return place.x == 0.0 && place.y == 0.0 && place.heading == 0.0 &&
+         std::ranges::none_of(options.fix, is_of_sensor);
+}
+
+/// What holds beyond the runs. Of a sensor that nobody has placed, and that the references show elsewhere
+/// than in the robot's middle, the place is estimated, too: what it misses by would pass for noise of the
+/// wheels. Returns in words that it is; empty: it is not.
+std::string place_sensor(CalibrationProblem& problem, ValidatedEstimate& validated) {
+  const Estimate& estimate = validated.parameters.empty() ? estimate_parameters(problem) : validated.estimate;
+  CalibrationProblem judged = problem;
+  if (!validated.parameters.empty()) judged.parameters = validated.parameters;
+  const SensorPlace place = sensor_place(judged, estimate);
+  if (place.elsewhere.empty()) return {};
+  problem = with_sensor_pose(problem);
+  validated = estimate_what_holds(problem);
+  return place.elsewhere + ", which does not say: it is estimated";
+}
+
 void add_sensor_place(const SensorPlace& place, CalibrationResult& result) {
-  if (!place.elsewhere.empty()) result.warnings.push_back(place.elsewhere);
+  if (!place.elsewhere.empty())
+    result.warnings.push_back(
+        place.elsewhere + ": measure it, or --free reference.x --free reference.y --free reference.heading");
   if (!place.unobservable.empty()) result.unobservable.push_back(place.unobservable);
 }
 
@@ -164,7 +190,9 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
                              choose_parameters(nominal, measured, free_besides(options, ready), options.fix)};
   problem.share_gyro_bias = !contains(problem.parameters, ParameterKind::gyro_bias);
   require_something_free(problem.parameters, training, nominal);
-  const ValidatedEstimate validated = estimate_what_holds(problem);
+  ValidatedEstimate validated = estimate_what_holds(problem);
+  const std::string placed_sensor =
+      leaves_sensor_open(nominal, options) ? place_sensor(problem, validated) : std::string();
   require_something_holds(validated, nominal);
   problem.parameters = validated.parameters;
   const Estimate& estimate = validated.estimate;
@@ -177,6 +205,7 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   add_words(ready, scale_taken_as_given(nominal, problem.parameters, measured), result);
   std::ranges::copy(changed_since(given, result.parameters), std::back_inserter(result.warnings));
   add_validation(validated, nominal, result);
+  if (!placed_sensor.empty()) result.notes.push_back(placed_sensor);
   add_offers(offers_of(problem, offered_parameters(nominal, problem.parameters, options.fix)), result);
   add_sensor_place(sensor_place(problem, estimate), result);
   if (const auto& gyro = estimate.robot.chassis.gyro)

@@ -120,7 +120,6 @@ void Odometer::stand_still(const Increment& increment) {
   if (evidence) learn_bias(*evidence);
   if (state_.rest.phase != RestPhase::resting) return;
   state_.stuck = {};
-  state_.turn_rate_rad_s = 0.0;  // what goes on unmeasured begins from here
   end_comparison();  // wheels may turn on a little as they come to stand, the gyro's reading is then left out
 }
 
@@ -129,11 +128,13 @@ Triple Odometer::move_on(const Increment& increment) {
     reading.gyro_rad -= state_.bias_rad_s * reading.duration_s;
   };
   if (state_.rest.phase != RestPhase::moving) {
+    const bool stood = state_.rest.phase == RestPhase::resting;
     Increment withheld = RestDetector::withheld(state_.rest, increment.time_s - increment.duration_s);
     RestDetector::leave(state_.rest);
     state_.stuck.still = {};  // what starts to move gets lag_s to be seen by every sensor
     take_bias_out(withheld);
     if (withheld.duration_s > 0.0 || any_turns(withheld)) advance(withheld);
+    if (stood) state_.turn_rate_rad_s = 0.0;  // what goes on unmeasured begins from there
   }
   Increment reading = increment;
   take_bias_out(reading);

@@ -81,6 +81,18 @@ Robot with_levels(const Robot& robot, const NoiseLevels& levels, const Robot& no
   return with_noise_of_readings(with_noise(robot, levels), nominal.chassis);
 }
 
+/// With the noise of its readings alone, where they show it themselves: what a reference misses beyond what
+/// readings contradict each other by is of the reference, and of what the robot file says of it. Until the
+/// runs show any, that of the robot file. Nothing: it is the robot's.
+std::optional<Robot> as_read_in(const Likelihood& likelihood, const Robot& robot) {
+  const Robot& nominal = likelihood.problem.nominal;
+  if (!likelihood.noise.from_runs) return with_levels(robot, noise_levels_of(nominal), nominal);
+  if (!(likelihood.redundancy_factor < 1.0)) return std::nullopt;
+  NoiseLevels levels = likelihood.noise.levels;
+  levels.wheel_per_sqrt_m *= std::sqrt(likelihood.redundancy_factor);
+  return without_rounding(with_levels(robot, levels, nominal));
+}
+
 RunInformation information_of(const Likelihood& likelihood, const Run& run, std::size_t index,
                               const Robot& robot) {
   const std::vector<OwnParameter> own = likelihood.own_of(run);
@@ -89,9 +101,7 @@ RunInformation information_of(const Likelihood& likelihood, const Run& run, std:
   const auto parameters = std::span(all).first(without_clock(all, own));
   const Robot rounding = noisy_robot(robot, likelihood);  // which is that of a window, but of no interval
   const Robot noisy = without_rounding(rounding);
-  std::optional<Robot> file;  // with its noise, until the runs show theirs
-  if (const Robot& nominal = likelihood.problem.nominal; !likelihood.noise.from_runs)
-    file = with_levels(robot, noise_levels_of(nominal), nominal);
+  const std::optional<Robot> read = as_read_in(likelihood, robot);
   const int blocks = likelihood.blocks_of_a_run();
   RunInformation result;
   const ChassisLikelihoodOptions redundant{.blocks = blocks,
@@ -103,7 +113,7 @@ RunInformation information_of(const Likelihood& likelihood, const Run& run, std:
                                   .blocks = blocks,
                                   .gyro_noise_rad_s_sqrt_hz = own_gyro_noise(likelihood.problem),
                                   .gate = likelihood.gate,
-                                  .readings = file ? &file->chassis : nullptr,
+                                  .readings = read ? &read->chassis : nullptr,
                                   .with_noise = likelihood.takes_out_noise,
                                   .redundant = RedundantReadings{rounding, redundant}};
   RunLikelihood stream = stream_likelihood(run, noisy, all, options);

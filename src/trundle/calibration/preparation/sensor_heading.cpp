@@ -32,12 +32,6 @@ constexpr double kNothing = 1e-6;
 constexpr std::array kSensorPose = {ParameterKind::reference_x, ParameterKind::reference_y,
                                     ParameterKind::reference_heading};
 
-/// The problem with the sensor's pose free, behind all other parameters.
-CalibrationProblem with_sensor_pose(CalibrationProblem problem) {
-  for (const ParameterKind kind : kSensorPose) problem.parameters.push_back({.kind = kind});
-  return problem;
-}
-
 /// Whether another pose of the sensor and wheels that are moved with it explain the same.
 bool all_places_are_free(const CalibrationProblem& problem) {
   const auto wheels = static_cast<std::ptrdiff_t>(problem.nominal.chassis.wheels().size());
@@ -85,6 +79,11 @@ void add_motions(const Run& run, const Robot& robot, Directions& directions) {
 
 }  // namespace
 
+CalibrationProblem with_sensor_pose(CalibrationProblem problem) {
+  for (const ParameterKind kind : kSensorPose) problem.parameters.push_back({.kind = kind});
+  return problem;
+}
+
 std::optional<double> sensor_heading(std::span<const Run> runs, const Robot& robot) {
   Directions directions;
   for (const Run& run : runs) add_motions(run, robot, directions);
@@ -117,8 +116,7 @@ SensorPlace sensor_place(const CalibrationProblem& problem, const Estimate& esti
   if (!(chi2 > kElsewhere) || !is_seen) return {};
   return {.elsewhere = fmt::format(
               "the references fit better with their sensor {:.3f} m ahead, {:.3f} m to the left and {:.1f}° "
-              "counter-clockwise of where [reference_sensor] of the robot file has it: measure it, or --free "
-              "reference.x --free reference.y --free reference.heading",
+              "counter-clockwise of where [reference_sensor] of the robot file has it",
               offset.x(), offset.y(), degrees(offset.z()))};
 }
 

@@ -21,4 +21,7 @@ struct SensorPlace {
 /// By the score statistic of its pose at the estimate: nothing is fitted again.
 [[nodiscard]] SensorPlace sensor_place(const CalibrationProblem& problem, const Estimate& estimate);
 
+/// The problem with the sensor's pose free, behind all other parameters.
+[[nodiscard]] CalibrationProblem with_sensor_pose(CalibrationProblem problem);
+
 }  // namespace trundle::calibration

@@ -108,12 +108,13 @@ struct Disagreement {
 Disagreement disagreement(const Run& run, const Robot& robot) {
   Disagreement result;
   Odometer odometer(robot, {.with_covariance = false});
+  const Pose2& mount = robot.body_from_reference;
   ReferenceSample before = sample_reference(run.reference, run.epoch_time(0) - robot.reference_time_offset_s);
   for (std::size_t epoch = 1; epoch < run.epochs.size(); ++epoch) {
     const Pose2 from = odometer.pose();
     for (std::size_t i = run.epochs[epoch - 1]; i < run.epochs[epoch]; ++i)
       odometer.step(run.readings.increments[i]);
-    const Pose2 moved = from.inverse() * odometer.pose();
+    const Pose2 moved = mount.inverse() * (from.inverse() * odometer.pose()) * mount;  // the sensor
     const ReferenceSample after =
         sample_reference(run.reference, run.epoch_time(epoch) - robot.reference_time_offset_s);
     const Vector3 seen = after.value - before.value;
