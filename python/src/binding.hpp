@@ -50,7 +50,7 @@ struct RecordingFile {
 std::filesystem::path path_of(const char* argument, const py::handle& given, const char* expected);
 
 /// A robot, or the path of its file.
-RobotFile robot_of(const py::handle& given);
+RobotFile robot_given(const py::handle& given);
 
 /// Its recording, which may be long.
 inline Recording copy_of(const RecordingFile& file) {

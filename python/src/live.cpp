@@ -21,7 +21,7 @@ struct Odometer {
 
 Odometer odometer_of(const py::object& given, const std::optional<StartTuple>& start, double probability,
                      double spin_odds, double longest_step_s) {
-  const RobotFile robot = robot_of(given);
+  const RobotFile robot = robot_given(given);
   require_from("probability", probability, 1e-12, 0.5);
   require_from("spin_odds", spin_odds, 1e-6, 1e6);
   require_from("longest_step_s", longest_step_s, kSmallest, kLargest);

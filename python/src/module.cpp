@@ -53,7 +53,7 @@ std::filesystem::path path_of(const char* argument, const py::handle& given, con
   }
 }
 
-RobotFile robot_of(const py::handle& given) {
+RobotFile robot_given(const py::handle& given) {
   if (py::isinstance<RobotFile>(given)) return given.cast<const RobotFile&>();
   const std::filesystem::path path = path_of("robot", given, "a Robot, or the path of its file");
   return without_gil([&] { return read_robot_file(path); });

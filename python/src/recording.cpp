@@ -90,7 +90,7 @@ py::dict landmarks_of(const RecordingFile& self) {
 
 py::object info_of(const RecordingFile& self, const py::object& robot, bool gyro_noise) {
   InfoQuestion question{.robot = {}, .gyro_noise = gyro_noise, .reading = self.reading};
-  if (!robot.is_none()) question.robot = robot_of(robot);
+  if (!robot.is_none()) question.robot = robot_given(robot);
   return python_of(without_gil([&] {
     const std::vector<Recording> recordings = {self.recording};
     check_interruption();

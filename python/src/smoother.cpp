@@ -187,7 +187,7 @@ void bind_smoother(py::module_& module) {
                        "All poses and landmarks by least squares, as the robot drives: after each step the\n"
                        "estimate is that of everything so far. `trundle slam --filter smoother` steps it so.")
       .def(py::init([](const py::object& robot, const std::optional<StartTuple>& start) {
-             return Smoother(robot_of(robot), start);
+             return Smoother(robot_given(robot), start);
            }),
            py::arg("robot"), py::kw_only(), py::arg("start") = py::none())
       .def(

@@ -128,13 +128,14 @@ void add_offers(const std::vector<ParameterOffer>& offers, CalibrationResult& re
   for (const ParameterOffer& offer : offers) result.notes.push_back(offer.words());
 }
 
-/// Whether nobody has said where the references' sensor is: it is taken to be in the robot's middle.
+/// Whether nobody has said where the references' sensor is: it is taken to be in the robot's middle. Of a
+/// robot that is told its velocity what its errors wander by would pass for a sensor that looks askew.
 bool leaves_sensor_open(const Robot& robot, const CalibrateOptions& options) {
   const Pose2& place = robot.body_from_reference;
   const auto is_of_sensor = [](const std::string& name) {
     return name == "reference.x" || name == "reference.y" || name == "reference.heading";
   };
-  return place.x == 0.0 && place.y == 0.0 && place.heading == 0.0 &&
+  return robot.chassis.wheel_count > 0 && place.x == 0.0 && place.y == 0.0 && place.heading == 0.0 &&
          std::ranges::none_of(options.fix, is_of_sensor);
 }
 
