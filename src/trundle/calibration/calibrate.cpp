@@ -154,9 +154,7 @@ std::string place_sensor(CalibrationProblem& problem, ValidatedEstimate& validat
 }
 
 void add_sensor_place(const SensorPlace& place, CalibrationResult& result) {
-  if (!place.elsewhere.empty())
-    result.warnings.push_back(
-        place.elsewhere + ": measure it, or --free reference.x --free reference.y --free reference.heading");
+  if (!place.elsewhere.empty()) result.warnings.push_back(place.elsewhere + ": " + place.advice);
   if (!place.unobservable.empty()) result.unobservable.push_back(place.unobservable);
 }
 

@@ -32,6 +32,17 @@ constexpr double kNothing = 1e-6;
 constexpr std::array kSensorPose = {ParameterKind::reference_x, ParameterKind::reference_y,
                                     ParameterKind::reference_heading};
 
+bool has_headings(const Run& run) {
+  return std::ranges::any_of(run.reference.heading_rad,
+                             [](double heading) { return std::isfinite(heading); });
+}
+
+/// What references show of their sensor's pose: without headings nothing of where it looks.
+std::span<const ParameterKind> shown_of_sensor(const CalibrationProblem& problem) {
+  const std::span<const ParameterKind> pose = kSensorPose;
+  return std::ranges::any_of(problem.runs, has_headings) ? pose : pose.first(2);
+}
+
 /// Whether another pose of the sensor and wheels that are moved with it explain the same.
 bool all_places_are_free(const CalibrationProblem& problem) {
   const auto wheels = static_cast<std::ptrdiff_t>(problem.nominal.chassis.wheels().size());
@@ -80,7 +91,7 @@ void add_motions(const Run& run, const Robot& robot, Directions& directions) {
 }  // namespace
 
 CalibrationProblem with_sensor_pose(CalibrationProblem problem) {
-  for (const ParameterKind kind : kSensorPose) problem.parameters.push_back({.kind = kind});
+  for (const ParameterKind kind : shown_of_sensor(problem)) problem.parameters.push_back({.kind = kind});
   return problem;
 }
 
@@ -94,8 +105,9 @@ std::optional<double> sensor_heading(std::span<const Run> runs, const Robot& rob
 
 SensorPlace sensor_place(const CalibrationProblem& problem, const Estimate& estimate) {
   const auto is_free = [&](ParameterKind kind) { return contains(problem.parameters, kind); };
-  const auto has_poses = [](const Run& run) { return !run.reference.heading_rad.empty(); };
-  if (std::ranges::any_of(kSensorPose, is_free) || std::ranges::none_of(problem.runs, has_poses)) return {};
+  const auto has_reference = [](const Run& run) { return !run.epochs.empty(); };
+  if (std::ranges::any_of(kSensorPose, is_free) || std::ranges::none_of(problem.runs, has_reference))
+    return {};
   if (all_places_are_free(problem))
     return {
         .unobservable =
@@ -106,18 +118,24 @@ SensorPlace sensor_place(const CalibrationProblem& problem, const Estimate& esti
   const Eigen::VectorXd sigma = prior_sigmas(wider.parameters, problem.nominal);
   Eigen::MatrixXd N = sigma.asDiagonal() * all.matrix * sigma.asDiagonal();
   N.diagonal().array() += kNothing;
-  N.diagonal().tail<3>().array() += 1.0;  // the prior: what the runs do not show stays
+  const auto shown = static_cast<Eigen::Index>(shown_of_sensor(problem).size());
+  N.diagonal().tail(shown).array() += 1.0;  // the prior: what the runs do not show stays
   const Eigen::MatrixXd inverse = inverse_of(N);
-  const Matrix3 covariance = inverse.bottomRightCorner<3, 3>();
-  const Vector3 step = (inverse * sigma.cwiseProduct(all.gradient)).tail<3>();
-  const Vector3 offset = sigma.tail<3>().cwiseProduct(step);
-  const double chi2 = step.dot(covariance.inverse() * step) / estimate.dispersion;
+  const Eigen::VectorXd step = (inverse * sigma.cwiseProduct(all.gradient)).tail(shown);
+  Vector3 offset = Vector3::Zero();
+  offset.head(shown) = sigma.tail(shown).cwiseProduct(step);
+  const double chi2 =
+      step.dot(inverse_of(inverse.bottomRightCorner(shown, shown)) * step) / estimate.dispersion;
   const bool is_seen = offset.head<2>().norm() > kSeen_m || std::abs(offset.z()) > kSeen_rad;
   if (!(chi2 > kElsewhere) || !is_seen) return {};
+  const bool looks = shown == 3;
   return {.elsewhere = fmt::format(
-              "the references fit better with their sensor {:.3f} m ahead, {:.3f} m to the left and {:.1f}° "
-              "counter-clockwise of where [reference_sensor] of the robot file has it",
-              offset.x(), offset.y(), degrees(offset.z()))};
+              "the references fit better with their sensor {:.3f} m ahead{} {:.3f} m to the left{} of where "
+              "[reference_sensor] of the robot file has it",
+              offset.x(), looks ? "," : " and", offset.y(),
+              looks ? fmt::format(" and {:.1f}° counter-clockwise", degrees(offset.z())) : ""),
+          .advice = fmt::format("measure it, or --free reference.x --free reference.y{}",
+                                looks ? " --free reference.heading" : "")};
 }
 
 }  // namespace trundle::calibration

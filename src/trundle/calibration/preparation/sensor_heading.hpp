@@ -16,12 +16,13 @@ namespace trundle::calibration {
 /// Where the references' trajectories have their sensor, in words; empty: where the robot file says.
 struct SensorPlace {
   std::string elsewhere = {};
+  std::string advice = {};
   std::string unobservable = {};  ///< nothing shows where it is
 };
 /// By the score statistic of its pose at the estimate: nothing is fitted again.
 [[nodiscard]] SensorPlace sensor_place(const CalibrationProblem& problem, const Estimate& estimate);
 
-/// The problem with the sensor's pose free, behind all other parameters.
+/// The problem with what the references show of their sensor's pose free, behind all other parameters.
 [[nodiscard]] CalibrationProblem with_sensor_pose(CalibrationProblem problem);
 
 }  // namespace trundle::calibration
