@@ -1,8 +1,11 @@
 #include "trundle/inspection/sighting_checks.hpp"
 
 #include <algorithm>
+#include <array>
 #include <complex>
 #include <map>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -81,13 +84,16 @@ struct Explanation {
   Finding finding;
 };
 
-std::string_view range_unit_of(double metres) {
+/// By how much longer ranges are than they should be, and the unit that explains it, if one does.
+payload::LengthRatio range_ratio(double metres) {
   constexpr double kSame = 1.2;  // ranges are right to within that
-  for (const std::string_view unit : {"mm", "cm", "in", "ft", "km"})
-    if (const double ratio = metres / factor_of(unit, "range_m").value();
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kUnits = {
+      {{"mm", "millimetres"}, {"cm", "centimetres"}, {"in", "inches"}, {"ft", "feet"}, {"km", "kilometres"}}};
+  for (const auto& [symbol, unit] : kUnits)
+    if (const double ratio = metres / factor_of(symbol, "range_m").value();
         ratio < kSame && ratio > 1.0 / kSame)
-      return unit;
-  return {};
+      return {metres, unit, symbol};
+  return {metres};
 }
 
 /// Each mistake alone, set as it explains most.
@@ -99,10 +105,9 @@ std::vector<Explanation> explanations(const TwiceSeen& twice, Complex lever, Com
   const Complex turn = std::polar(1.0, std::arg(overlap));
   const Column rest = twice.moved - seen;
   const Complex place = twice.turned.dot(rest) / twice.turned.squaredNorm();
-  const std::string_view unit = range_unit_of(scale);
   return {{(moved - looks * twice.mirrored).squaredNorm(), {.code = FindingCode::bearing_unit}},
           {(moved - scale * seen).squaredNorm(),
-           {.code = FindingCode::range_unit, .payload = payload::LengthRatio{scale, unit, unit}}},
+           {.code = FindingCode::range_unit, .payload = range_ratio(scale)}},
           {(moved - turn * seen).squaredNorm(),
            {.code = FindingCode::bearing_unit, .payload = payload::Amount{degrees(std::arg(looks * turn))}}},
           {(rest - place * twice.turned).squaredNorm(),
