@@ -139,17 +139,29 @@ bool leaves_sensor_open(const Robot& robot, const CalibrateOptions& options) {
          std::ranges::none_of(options.fix, is_of_sensor);
 }
 
-/// What holds beyond the runs. Of a sensor that nobody has placed, and that the references show elsewhere
-/// than in the robot's middle, the place is estimated, too: what it misses by would pass for noise of the
-/// wheels. Returns in words that it is; empty: it is not.
+/// By how much runs that were left out are off with what holds; nothing: they do not judge it.
+std::optional<double> held_out_error_m(const ValidatedEstimate& validated) {
+  if (validated.parameters.empty()) return validated.before->given_m;
+  return validated.validation ? std::optional(validated.validation->calibrated_m) : std::nullopt;
+}
+
+/// Of a sensor that nobody has placed, and that the references show elsewhere than in the robot's middle, the
+/// place is estimated, too, where that makes runs that were left out come out better: what it misses by would
+/// pass for noise of the wheels. Returns in words that it is; empty: it is not.
 std::string place_sensor(CalibrationProblem& problem, ValidatedEstimate& validated) {
-  const Estimate& estimate = validated.parameters.empty() ? estimate_parameters(problem) : validated.estimate;
+  constexpr double kBetter = 1.1;  // as what is refused is worse
   CalibrationProblem judged = problem;
   if (!validated.parameters.empty()) judged.parameters = validated.parameters;
-  const SensorPlace place = sensor_place(judged, estimate);
-  if (place.elsewhere.empty()) return {};
-  problem = with_sensor_pose(problem);
-  validated = estimate_what_holds(problem);
+  const SensorPlace place =
+      sensor_place(judged, validated.parameters.empty() ? estimate_parameters(problem) : validated.estimate);
+  const std::optional<double> before_m = held_out_error_m(validated);
+  if (place.elsewhere.empty() || !before_m) return {};
+  CalibrationProblem wider = with_sensor_pose(problem);
+  ValidatedEstimate placed = estimate_what_holds(wider);
+  const std::optional<double> after_m = held_out_error_m(placed);
+  if (!after_m || !(kBetter * *after_m < *before_m)) return {};
+  problem = std::move(wider);
+  validated = std::move(placed);
   return place.elsewhere + ", which does not say: it is estimated";
 }
 
