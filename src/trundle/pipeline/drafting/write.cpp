@@ -40,9 +40,9 @@ std::string column_line(const DraftColumn& column, bool is_csv) {
 }
 
 std::string table_of(const DraftStream& stream) {
-  const bool is_csv = stream.topic.empty() && std::ranges::all_of(stream.columns, [](const DraftColumn& column) {
-                        return column.topic.empty();
-                      });
+  const bool is_csv =
+      stream.topic.empty() &&
+      std::ranges::all_of(stream.columns, [](const DraftColumn& column) { return column.topic.empty(); });
   std::string text = fmt::format("[{}]\nfile = {}\n", stream.table, quoted_toml(stream.file));
   if (!stream.topic.empty()) text += fmt::format("topic = {}\n", quoted_toml(stream.topic));
   if (!stream.body_frame.empty()) text += fmt::format("body_frame = {}\n", quoted_toml(stream.body_frame));
