@@ -256,7 +256,7 @@ TEST(MalformedTrajectory, has_place_fact_and_expectation) {
   };
   refused(folder / "none.csv", "does not exist");
   refused(folder.path(), "is a folder");
-  refused(folder.write("empty.csv", "time_s,x_m,y_m,heading_rad\n"), "holds no complete pose");
+  refused(folder.write("empty.csv", "time_s,x_m,y_m,heading_rad\n"), "holds no pose");
   refused(folder.write("short.tum", "0 1 2 3\n"), "is beyond the 4 columns");
   refused(folder.write("word.tum", "0 1 2 0 0 0 0 1\n1 x 2 0 0 0 0 1\n"), "word.tum:2: column 2 holds 'x'");
   refused(folder.write("turned.tum", "0 1 2 0 0 0 0 0\n"), "turned.tum:1");
