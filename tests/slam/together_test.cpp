@@ -322,13 +322,17 @@ TEST(Together, SaysThatOneLandmarkDoesNotTellHowFramesAreTurned) {
 TEST(Together, PlacesARobotByOthersWhereOneLandmarkIsNotEnough) {
   for (const int blind : {-1, 1}) {
     test::Team team = test::team_of({.robots = 3, .landmarks = 24, .blind = blind, .seed = 3});
-    keep_landmarks(team.inputs[0], [](LandmarkId id) { return id <= 8; });
-    keep_landmarks(team.inputs[1], [](LandmarkId id) { return id > 16; });
-    keep_landmarks(team.inputs[2], [](LandmarkId id) { return id >= 8 && id <= 16; });
-    for (const std::size_t robot : {0U, 2U})  // so that they do share it
-      ASSERT_TRUE(std::ranges::any_of(team.inputs[robot].steps, [](const SlamStep& step) {
-        return std::ranges::count(step.observations, 8, &Observation::landmark) > 0;
-      }));
+    const auto sees = [&](std::size_t robot, LandmarkId id) {
+      return std::ranges::any_of(team.inputs[robot].steps, [&](const SlamStep& step) {
+        return std::ranges::count(step.observations, id, &Observation::landmark) > 0;
+      });
+    };
+    LandmarkId shared = 0;
+    while (shared < 24 && !(sees(0, shared) && sees(2, shared))) ++shared;
+    ASSERT_LT(shared, 24);
+    keep_landmarks(team.inputs[0], [&](LandmarkId id) { return id == shared || id % 3 == 0; });
+    keep_landmarks(team.inputs[1], [&](LandmarkId id) { return id != shared && id % 3 == 1; });
+    keep_landmarks(team.inputs[2], [&](LandmarkId id) { return id == shared || id % 3 == 2; });
     std::erase_if(team.seen, [](const RobotSighting& sighting) {
       return !(sighting.seer == 1 && sighting.seen == 0) && !(sighting.seer == 2 && sighting.seen == 1);
     });
