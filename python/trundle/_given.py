@@ -14,6 +14,9 @@ Start = tuple[float, float, float]  # x and y [m], heading [degrees]
 Runs = Union[Path, Recording, Iterable[Union[Path, Recording]]]
 Map = Union[Slam, JointSlam, Merge]
 
+_MAPS = (Slam, JointSlam, Merge)
+_OBJECTS = (Recording, Robot, *_MAPS)
+
 
 def recording_of(given: Union[Path, Recording]) -> Recording:
     return given if isinstance(given, Recording) else Recording(given)
@@ -25,8 +28,7 @@ def robot_of(given: Union[Path, Robot]) -> Robot:
 
 def many(given: Any) -> list[Any]:
     """One, or several of them."""
-    one = (str, os.PathLike, Recording, Robot, Slam, JointSlam, Merge)
-    return [given] if isinstance(given, one) else list(given)
+    return [given] if isinstance(given, (str, os.PathLike, *_OBJECTS)) else list(given)
 
 
 def text_of(path: Optional[Path]) -> str:
@@ -44,7 +46,7 @@ def given_paths() -> Iterator[Callable[[Any], list[str]]]:
 
         def path(given: Any) -> str:
             nonlocal written
-            if not isinstance(given, (Recording, Robot, Slam, JointSlam, Merge)):
+            if not isinstance(given, _OBJECTS):
                 return os.fspath(given)
             if isinstance(given, Recording) and given.path:
                 return given.path
@@ -59,5 +61,4 @@ def given_paths() -> Iterator[Callable[[Any], list[str]]]:
 
 def map_file(given: Any, paths: Callable[[Any], list[str]]) -> Any:
     """Of a map that was found its landmarks.csv, by `given_paths`; of a path that path."""
-    found = isinstance(given, (Slam, JointSlam, Merge))
-    return os.path.join(paths(given)[0], "landmarks.csv") if found else given
+    return os.path.join(paths(given)[0], "landmarks.csv") if isinstance(given, _MAPS) else given

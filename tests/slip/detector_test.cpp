@@ -9,18 +9,14 @@
 #include "trundle/slip/find_slip.hpp"
 
 #include "chassis/robots.hpp"
+#include "slip/noisy_robots.hpp"
 
 namespace trundle::slip {
 namespace {
 
-constexpr double kStep_s = 0.25;
+using test::noisy_differential;
 
-Robot noisy_differential() {
-  Robot robot = test::robot_of(differential_drive(test::kSize, 0.5));
-  robot.chassis.noise.wheel_per_sqrt_m = 0.001;
-  robot.chassis.gyro = Gyro{.noise_rad_s_sqrt_hz = 3e-4};
-  return robot;
-}
+constexpr double kStep_s = 0.25;
 
 /// Driven wheels 0 and 1, pods 2 to 4.
 Robot with_pods() {

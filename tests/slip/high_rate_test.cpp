@@ -9,25 +9,20 @@
 #include "trundle/simulation/scenario.hpp"
 #include "trundle/slip/find_slip.hpp"
 
-#include "chassis/robots.hpp"
+#include "slip/noisy_robots.hpp"
 
 namespace trundle::slip {
 namespace {
 
+using test::noisy_differential;
+
 constexpr int kSpinningWheel = 1;
 constexpr TimeSpan kSpin{.start_s = 8.0, .duration_s = 2.0};
-
-Robot often_read_robot() {
-  Robot robot = test::robot_of(differential_drive(test::kSize, 0.5));
-  robot.chassis.noise.wheel_per_sqrt_m = 0.001;
-  robot.chassis.gyro = Gyro{.noise_rad_s_sqrt_hz = 3e-4};
-  return robot;
-}
 
 /// At 1 kHz.
 Simulation spinning_drive() {
   Scenario scenario;
-  scenario.nominal = scenario.truth = often_read_robot();
+  scenario.nominal = scenario.truth = noisy_differential();
   scenario.steering = Steering::truth;
   scenario.path = joined({pause(3.0), straight(4.0), turn_on_the_spot(1.0), straight(1.0)});
   scenario.encoders.rate_hz = scenario.gyro.rate_hz = 1000.0;
@@ -57,9 +52,9 @@ SlipOdometer::Options judging_every(double interval_s) {
 TEST(HighRate, IntervalsLastAsLongAsTheyAreAskedToBe) {
   const Recording recording = spinning_drive().recording;
   for (const int row_ms : {1, 10}) {
-    const AlignedReadings readings = align(read_every(row_ms, recording), often_read_robot());
+    const AlignedReadings readings = align(read_every(row_ms, recording), noisy_differential());
     for (const double interval_s : {0.25, 1.0}) {
-      SlipOdometer odometer(often_read_robot(), judging_every(interval_s));
+      SlipOdometer odometer(noisy_differential(), judging_every(interval_s));
       double shortest_s = 1e9, longest_s = 0.0, last_s = 0.0;
       for (const Increment& increment : readings.increments) {
         last_s += increment.duration_s;
@@ -77,7 +72,7 @@ TEST(HighRate, IntervalsLastAsLongAsTheyAreAskedToBe) {
 }
 
 TEST(HighRate, TheSameSlipIsFound) {
-  const Robot robot = often_read_robot();
+  const Robot robot = noisy_differential();
   const Simulation drive = spinning_drive();
   const Pose2& end = drive.truth.body.poses.back().pose;
   const double excess_m = drive.truth.slips.front().excess_m;

@@ -1,6 +1,7 @@
 #include "trundle/calibration/calibrate.hpp"
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 
 #include <fmt/format.h>
@@ -23,6 +24,8 @@
 
 namespace trundle::calibration {
 namespace {
+
+constexpr std::array kSensorPlace = {"reference.x", "reference.y", "reference.heading"};
 
 /// Where no length was measured: by what all else is told, in words. Empty: nothing is.
 std::string scale_taken_as_given(const Robot& robot, std::span<const Parameter> parameters,
@@ -58,8 +61,7 @@ void add_words(const Preparation& ready, const std::string& given_scale, Calibra
 /// The parameters that are asked for; of a sensor that looks elsewhere than said, where it sits.
 std::vector<std::string> free_besides(const CalibrateOptions& options, const Preparation& ready) {
   std::vector<std::string> names = options.free;
-  if (!ready.sensor_heading.empty())
-    names.insert(names.end(), {"reference.x", "reference.y", "reference.heading"});
+  if (!ready.sensor_heading.empty()) names.insert(names.end(), kSensorPlace.begin(), kSensorPlace.end());
   return names;
 }
 
@@ -133,7 +135,7 @@ void add_offers(const std::vector<ParameterOffer>& offers, CalibrationResult& re
 bool leaves_sensor_open(const Robot& robot, const CalibrateOptions& options) {
   const Pose2& place = robot.body_from_reference;
   const auto is_of_sensor = [](const std::string& name) {
-    return name == "reference.x" || name == "reference.y" || name == "reference.heading";
+    return std::ranges::find(kSensorPlace, name) != kSensorPlace.end();
   };
   return robot.chassis.wheel_count > 0 && place.x == 0.0 && place.y == 0.0 && place.heading == 0.0 &&
          std::ranges::none_of(options.fix, is_of_sensor);
@@ -145,29 +147,37 @@ std::optional<double> held_out_error_m(const ValidatedEstimate& validated) {
   return validated.validation ? std::optional(validated.validation->calibrated_m) : std::nullopt;
 }
 
+/// Where the references' sensor is by what holds; where nothing does by all that was estimated.
+SensorPlace place_by(CalibrationProblem problem, const ValidatedEstimate& validated) {
+  if (validated.parameters.empty()) return sensor_place(problem, estimate_parameters(problem));
+  problem.parameters = validated.parameters;
+  return sensor_place(problem, validated.estimate);
+}
+
 /// Of a sensor that nobody has placed, and that the references show elsewhere than in the robot's middle, the
 /// place is estimated, too, where that makes runs that were left out come out better: what it misses by would
-/// pass for noise of the wheels. Returns in words that it is; empty: it is not.
-std::string place_sensor(CalibrationProblem& problem, ValidatedEstimate& validated) {
+/// pass for noise of the wheels. Returns where it is by what is estimated then.
+SensorPlace place_sensor(CalibrationProblem& problem, ValidatedEstimate& validated) {
   constexpr double kBetter = 1.1;  // as what is refused is worse
-  CalibrationProblem judged = problem;
-  if (!validated.parameters.empty()) judged.parameters = validated.parameters;
-  const SensorPlace place =
-      sensor_place(judged, validated.parameters.empty() ? estimate_parameters(problem) : validated.estimate);
+  SensorPlace place = place_by(problem, validated);
   const std::optional<double> before_m = held_out_error_m(validated);
-  if (place.elsewhere.empty() || !before_m) return {};
+  if (place.elsewhere.empty() || !before_m) return place;
   CalibrationProblem wider = with_sensor_pose(problem);
   ValidatedEstimate placed = estimate_what_holds(wider);
   const std::optional<double> after_m = held_out_error_m(placed);
-  if (!after_m || !(kBetter * *after_m < *before_m)) return {};
+  if (!after_m || !(kBetter * *after_m < *before_m)) return place;
   problem = std::move(wider);
   validated = std::move(placed);
-  return place.elsewhere + ", which does not say: it is estimated";
+  std::string estimated = place.elsewhere + ", which does not say: it is estimated";
+  place = place_by(problem, validated);
+  place.estimated = std::move(estimated);
+  return place;
 }
 
 void add_sensor_place(const SensorPlace& place, CalibrationResult& result) {
   if (!place.elsewhere.empty()) result.warnings.push_back(place.elsewhere + ": " + place.advice);
   if (!place.unobservable.empty()) result.unobservable.push_back(place.unobservable);
+  if (!place.estimated.empty()) result.notes.push_back(place.estimated);
 }
 
 void add_learned_noise(std::span<const Run> runs, CalibrationResult& result) {
@@ -202,8 +212,8 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   problem.share_gyro_bias = !contains(problem.parameters, ParameterKind::gyro_bias);
   require_something_free(problem.parameters, training, nominal);
   ValidatedEstimate validated = estimate_what_holds(problem);
-  const std::string placed_sensor =
-      leaves_sensor_open(nominal, options) ? place_sensor(problem, validated) : std::string();
+  std::optional<SensorPlace> place;
+  if (leaves_sensor_open(nominal, options)) place = place_sensor(problem, validated);
   require_something_holds(validated, nominal);
   problem.parameters = validated.parameters;
   const Estimate& estimate = validated.estimate;
@@ -216,9 +226,8 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
   add_words(ready, scale_taken_as_given(nominal, problem.parameters, measured), result);
   std::ranges::copy(changed_since(given, result.parameters), std::back_inserter(result.warnings));
   add_validation(validated, nominal, result);
-  if (!placed_sensor.empty()) result.notes.push_back(placed_sensor);
+  add_sensor_place(place ? *place : sensor_place(problem, estimate), result);
   add_offers(offers_of(problem, offered_parameters(nominal, problem.parameters, options.fix)), result);
-  add_sensor_place(sensor_place(problem, estimate), result);
   if (const auto& gyro = estimate.robot.chassis.gyro)
     ready.start.chassis.gyro->time_offset_s = gyro->time_offset_s;
   for (Run& run : ready.runs) set_gyro_clock(ready.start, run);

@@ -1,11 +1,8 @@
 #include "trundle/inspection/sighting_checks.hpp"
 
 #include <algorithm>
-#include <array>
 #include <complex>
 #include <map>
-#include <string_view>
-#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -87,9 +84,7 @@ struct Explanation {
 /// By how much longer ranges are than they should be, and the unit that explains it, if one does.
 payload::LengthRatio range_ratio(double metres) {
   constexpr double kSame = 1.2;  // ranges are right to within that
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kUnits = {
-      {{"mm", "millimetres"}, {"cm", "centimetres"}, {"in", "inches"}, {"ft", "feet"}, {"km", "kilometres"}}};
-  for (const auto& [symbol, unit] : kUnits)
+  for (const auto& [unit, symbol] : kLengthUnits)
     if (const double ratio = metres / factor_of(symbol, "range_m").value();
         ratio < kSame && ratio > 1.0 / kSame)
       return {metres, unit, symbol};

@@ -109,10 +109,9 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
   };
   for (std::size_t epoch = 1; epoch < run.epochs.size(); ++epoch) {
     for (std::size_t i = run.epochs[epoch - 1]; i < run.epochs[epoch]; ++i) {
-      const Increment increment = run.readings.increments[i];
       const Pose2 from = odometer.pose();
       const Rolling rolling = odometer.state().rolling;
-      step_along(run, i, odometer);
+      const Increment increment = step_along(run, i, odometer);
       if (parity)
         parity->follow(increment, from, rolling, odometer, errors,
                        block_of(result, epoch, run.epochs.size()));
@@ -167,8 +166,8 @@ RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<c
   SensitivityErrors errors(robot, parameters, odometer.pose(), as_run_read(robot.chassis, run, options),
                            options.with_noise);
   for (std::size_t i = 0; i < run.readings.increments.size(); ++i) {
-    step_along(run, i, odometer);
-    errors.follow(run.readings.increments[i], odometer.pose());
+    const Increment increment = step_along(run, i, odometer);
+    errors.follow(increment, odometer.pose());
   }
   if (!is_finite(odometer.pose())) {
     result.blocks.front().chi2 = kEverything;

@@ -64,10 +64,8 @@ Drift drift_of(const Run& run, const Piece& piece, const Robot& robot) {
   double path_m = 0.0, last_rad = 0.0;
   std::size_t done = run.epochs[piece.first];
   for (std::size_t epoch = piece.first; epoch < piece.end; ++epoch) {
-    for (; done < run.epochs[epoch]; ++done) {
-      step_along(run, done, odometer);
-      path_m += mean_travel(robot.chassis, run.readings.increments[done]);
-    }
+    for (; done < run.epochs[epoch]; ++done)
+      path_m += mean_travel(robot.chassis, step_along(run, done, odometer));
     const ReferenceSample sample =
         sample_reference(run.reference, run.epoch_time(epoch) - robot.reference_time_offset_s);
     if (!sample.has_heading()) continue;

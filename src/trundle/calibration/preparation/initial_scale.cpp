@@ -65,15 +65,8 @@ double spread_of(const std::vector<Stretch>& stretches) {
   return low && high && *low > 0.0 ? *high / *low : INFINITY;
 }
 
-/// A length in it was taken for metres: of the reference, or of the wheels.
-struct LengthUnit {
-  std::string_view name;
-  std::string_view symbol;  ///< in recording.toml
-};
-constexpr LengthUnit kLengthUnits[] = {
-    {"millimetres", "mm"}, {"centimetres", "cm"}, {"inches", "in"}, {"feet", "ft"}, {"kilometres", "km"}};
-
-/// By which a reference moves so many times as far as the wheels; null: none.
+/// Of the reference, or of the wheels, by which a reference moves so many times as far as the wheels; null:
+/// none.
 const LengthUnit* unit_of(double times) {
   constexpr double kSameSize = 1.3;  // wheels are as large as the robot file says to within that
   for (const LengthUnit& unit : kLengthUnits) {

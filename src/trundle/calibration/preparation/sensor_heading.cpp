@@ -32,14 +32,10 @@ constexpr double kNothing = 1e-6;
 constexpr std::array kSensorPose = {ParameterKind::reference_x, ParameterKind::reference_y,
                                     ParameterKind::reference_heading};
 
-bool has_headings(const Run& run) {
-  return std::ranges::any_of(run.reference.heading_rad,
-                             [](double heading) { return std::isfinite(heading); });
-}
-
 /// What references show of their sensor's pose: without headings nothing of where it looks.
 std::span<const ParameterKind> shown_of_sensor(const CalibrationProblem& problem) {
   const std::span<const ParameterKind> pose = kSensorPose;
+  const auto has_headings = [](const Run& run) { return run.reference.has_headings(); };
   return std::ranges::any_of(problem.runs, has_headings) ? pose : pose.first(2);
 }
 

@@ -17,6 +17,7 @@ namespace trundle::calibration {
 struct SensorPlace {
   std::string elsewhere = {};
   std::string advice = {};
+  std::string estimated = {};     ///< that it was found, and not asked for
   std::string unobservable = {};  ///< nothing shows where it is
 };
 /// By the score statistic of its pose at the estimate: nothing is fitted again.

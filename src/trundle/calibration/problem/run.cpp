@@ -193,11 +193,13 @@ bool Run::shows_gyro_bias() const {
          std::ranges::any_of(increments, &Increment::has_gyro);
 }
 
-void step_along(const Run& run, std::size_t increment, Odometer& odometer) {
-  if (run.readings.bridged[increment])
-    odometer.step_across_gap(run.readings.increments[increment]);
+Increment step_along(const Run& run, std::size_t interval, Odometer& odometer) {
+  const Increment increment = run.readings.increments[interval];
+  if (run.readings.bridged[interval])
+    odometer.step_across_gap(increment);
   else
-    odometer.step(run.readings.increments[increment]);
+    odometer.step(increment);
+  return increment;
 }
 
 std::optional<Pose2> body_by_reference(const Run& run, std::size_t increments, const Robot& robot) {

@@ -65,8 +65,9 @@ struct Run {
   bool shows_gyro_bias() const;
 };
 
-/// The next interval; of a gap the course between its ends is not known (docs/theory/odometry.md, eq. 7).
-void step_along(const Run& run, std::size_t increment, Odometer& odometer);
+/// The next interval, which is returned; of a gap the course between its ends is not known
+/// (docs/theory/odometry.md, eq. 7).
+Increment step_along(const Run& run, std::size_t interval, Odometer& odometer);
 
 /// world_from_body by the reference after so many increments; nothing where position or heading is missing.
 std::optional<Pose2> body_by_reference(const Run& run, std::size_t increments, const Robot& robot);
