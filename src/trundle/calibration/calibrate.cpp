@@ -131,13 +131,15 @@ void add_offers(const std::vector<ParameterOffer>& offers, CalibrationResult& re
 }
 
 /// Whether nobody has said where the references' sensor is: it is taken to be in the robot's middle. Of a
-/// robot that is told its velocity what its errors wander by would pass for a sensor that looks askew.
+/// robot that is told its velocity what its errors wander by would pass for a sensor that looks askew; of one
+/// that skids nobody knows either where it turns about, which shows in the same way.
 bool leaves_sensor_open(const Robot& robot, const CalibrateOptions& options) {
   const Pose2& place = robot.body_from_reference;
   const auto is_of_sensor = [](const std::string& name) {
     return std::ranges::find(kSensorPlace, name) != kSensorPlace.end();
   };
-  return robot.chassis.wheel_count > 0 && place.x == 0.0 && place.y == 0.0 && place.heading == 0.0 &&
+  return robot.chassis.wheel_count > 0 && !contains(parameters_of(robot), ParameterKind::icr_x) &&
+         place.x == 0.0 && place.y == 0.0 && place.heading == 0.0 &&
          std::ranges::none_of(options.fix, is_of_sensor);
 }
 
