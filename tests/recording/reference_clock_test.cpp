@@ -145,12 +145,33 @@ TEST(ReferenceClock, AJumpOfTheReferenceDoesNoHarm) {
   EXPECT_NEAR(found->offset_s, 0.25, 4.0 * found->sigma_s);
 }
 
+TEST(ReferenceClock, ATrajectoryTellsItLikeTheSensors) {
+  Robot robot = robot_on_clocks(0.0, 0.0);
+  robot.reference_time_offset_s = 0.1;
+  for (const double offset_s : {-0.4, 0.1, 0.2}) {
+    Scenario scenario = scenario_along(tour(20.0, 4), offset_s, {20.0, 50.0}, 4);
+    scenario.truth.body_from_reference = robot.body_from_reference = {0.2, 0.1, 0.5};
+    const Simulation simulation = simulate(scenario);
+    Trajectory reference;
+    const ReferenceStream& stream = simulation.recording.reference;
+    for (std::size_t i = 0; i < stream.time_s.size(); ++i)
+      reference.poses.push_back(
+          {stream.time_s[i], {stream.x_m[i], stream.y_m[i], wrap_angle(stream.heading_rad[i])}});
+    const auto found = reference_time_offset(reference, simulation.truth.body, 0.5, robot);
+    ASSERT_TRUE(found) << offset_s;
+    EXPECT_NEAR(found->offset_s, offset_s, 4.0 * found->sigma_s);
+    EXPECT_EQ(is_off(*found, robot.reference_time_offset_s), offset_s != 0.1);
+    EXPECT_FALSE(reference_time_offset(reference, {}, 0.5, robot));
+    EXPECT_FALSE(reference_time_offset({}, simulation.truth.body, 0.5, robot));
+  }
+}
+
 TEST(ReferenceClock, IsSetOnlyWhereItIsOff) {
   const Robot robot = robot_on_clocks(0.0, 0.0);
   for (const double offset_s : {0.0, 0.04, 0.2}) {
     Recording recording = simulate(scenario_along(tour(20.0, 3), offset_s, {20.0, 50.0}, 3)).recording;
     const ReferenceStream before = recording.reference;
-    const auto moved = set_reference_clock(align(recording, robot), robot, recording.reference);
+    const auto moved = set_reference_clock(found_in(recording), robot, recording.reference);
     EXPECT_EQ(moved.has_value(), offset_s > 0.07);  // steps at 20 and 50 Hz
     const double by = recording.reference.time_s.front() - before.time_s.front();
     EXPECT_NEAR(by, moved ? offset_s : 0.0, 0.03);

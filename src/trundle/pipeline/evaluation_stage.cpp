@@ -91,7 +91,7 @@ std::optional<TimeOffset> set_clock(const Recording& recording,
     const auto own = sighting_time_offset(recording.sightings, readings, robot);
     if (!own || is_off(*own, robot.landmark_sensor->time_offset_s)) return std::nullopt;
   }
-  return set_reference_clock(readings, robot, reference);
+  return set_reference_clock(reference_time_offset(reference, readings, robot), robot, reference);
 }
 
 /// In which the trajectories are compared with each other: se2 where the reference has no heading.

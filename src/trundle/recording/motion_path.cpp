@@ -46,4 +46,18 @@ std::optional<MotionPath> motion_path(const AlignedReadings& readings, const Rob
   return path;
 }
 
+std::optional<MotionPath> motion_path(const Trajectory& world_from_body, double longest_gap_s) {
+  if (world_from_body.poses.size() < 2) return std::nullopt;
+  MotionPath path;
+  for (const auto& [time_s, pose] : world_from_body.poses) {
+    if (!path.poses.empty()) {
+      path.twists.push_back(log(path.poses.back().inverse() * pose));
+      path.bridged.push_back(time_s - path.time_s.back() > longest_gap_s);
+    }
+    path.time_s.push_back(time_s);
+    path.poses.push_back(pose);
+  }
+  return path;
+}
+
 }  // namespace trundle::recording

@@ -47,13 +47,14 @@ std::vector<ReferenceStep> steps_of(const ReferenceStream& reference, double win
            .end_s = reference.time_s[i],
            .way_m =
                std::hypot(reference.x_m[i] - reference.x_m[from], reference.y_m[i] - reference.y_m[from]),
-           .turn_rad = with_heading ? reference.heading_rad[i] - reference.heading_rad[from] : 0.0});
+           .turn_rad =
+               with_heading ? wrap_angle(reference.heading_rad[i] - reference.heading_rad[from]) : 0.0});
     from = i;
   }
   return steps;
 }
 
-/// The same step by the sensors on board; NaN where they do not show it.
+/// The same step by the motion on board; NaN where that does not show it.
 ReferenceStep step_on_board(const ReferenceStep& step, const MotionPath& path, const Pose2& mount,
                             double offset_s) {
   ReferenceStep moved{.start_s = step.start_s + offset_s,
@@ -91,6 +92,10 @@ double longest_way(const std::vector<ReferenceStep>& seen, const std::vector<Ref
   return ratios.empty() ? 0.0 : kFasterThanAnyMotion * median(ratios) * farthest_m;
 }
 
+bool shows_motion(const ReferenceStream& reference) {
+  return reference.time_s.size() >= 2 && reference.has_positions();
+}
+
 /// One log, ready to be compared at any offset.
 struct LogOnTwoClocks {
   MotionPath path;
@@ -109,11 +114,8 @@ struct LogOnTwoClocks {
   }
 };
 
-std::optional<LogOnTwoClocks> on_two_clocks(const ReferenceLog& log, const Robot& robot,
-                                            double shortest_window_s) {
-  const ReferenceStream& reference = log.reference;
-  if (reference.time_s.size() < 2 || !reference.has_positions()) return std::nullopt;
-  std::optional<MotionPath> path = motion_path(log.readings, robot);
+std::optional<LogOnTwoClocks> on_two_clocks(const ReferenceStream& reference, std::optional<MotionPath> path,
+                                            const Robot& robot, double shortest_window_s) {
   if (!path) return std::nullopt;
   LogOnTwoClocks result{.path = *std::move(path), .mount = robot.body_from_reference, .seen = {}};
   result.sample_s = median_step(reference.time_s);
@@ -138,13 +140,19 @@ std::vector<bool> compared(const LogOnTwoClocks& log, double given_s, double lar
   return used;
 }
 
-}  // namespace
+ReferenceStream stream_of(const Trajectory& trajectory) {
+  ReferenceStream stream;
+  for (const auto& [time_s, pose] : trajectory.poses) {
+    stream.time_s.push_back(time_s);
+    stream.x_m.push_back(pose.x);
+    stream.y_m.push_back(pose.y);
+    stream.heading_rad.push_back(pose.heading);
+  }
+  return stream;
+}
 
-std::optional<ClockComparison> reference_clocks(std::span<const ReferenceLog> given, const Robot& robot,
-                                                const TimeOffsetOptions& options) {
-  std::vector<LogOnTwoClocks> logs;
-  for (const ReferenceLog& log : given)
-    if (auto ready = on_two_clocks(log, robot, options.window_s)) logs.push_back(*std::move(ready));
+std::optional<ClockComparison> comparison_of(std::vector<LogOnTwoClocks> logs, const Robot& robot,
+                                             const TimeOffsetOptions& options) {
   if (logs.empty()) return std::nullopt;
   const auto most = [&](double LogOnTwoClocks::*member) {
     return std::ranges::max(logs, {}, member).*member;
@@ -186,6 +194,19 @@ std::optional<ClockComparison> reference_clocks(std::span<const ReferenceLog> gi
   return comparison;
 }
 
+}  // namespace
+
+std::optional<ClockComparison> reference_clocks(std::span<const ReferenceLog> given, const Robot& robot,
+                                                const TimeOffsetOptions& options) {
+  std::vector<LogOnTwoClocks> logs;
+  for (const ReferenceLog& log : given) {
+    if (!shows_motion(log.reference)) continue;  // a path is as large as the log
+    if (auto ready = on_two_clocks(log.reference, motion_path(log.readings, robot), robot, options.window_s))
+      logs.push_back(*std::move(ready));
+  }
+  return comparison_of(std::move(logs), robot, options);
+}
+
 std::optional<TimeOffset> reference_time_offset(std::span<const ReferenceLog> logs, const Robot& robot,
                                                 const TimeOffsetOptions& options) {
   std::optional<ClockComparison> comparison = reference_clocks(logs, robot, options);
@@ -202,13 +223,24 @@ std::optional<TimeOffset> reference_time_offset(const ReferenceStream& reference
   return found;
 }
 
-void move_stamps(double step_s, ReferenceStream& reference) {
-  for (double& time_s : reference.time_s) time_s += step_s;
+std::optional<TimeOffset> reference_time_offset(const Trajectory& reference,
+                                                const Trajectory& world_from_body, double longest_gap_s,
+                                                const Robot& robot, const TimeOffsetOptions& options) {
+  const ReferenceStream stream = stream_of(reference);
+  if (!shows_motion(stream)) return std::nullopt;
+  auto log = on_two_clocks(stream, motion_path(world_from_body, longest_gap_s), robot, options.window_s);
+  if (!log) return std::nullopt;
+  const double least_s = log->sample_s + log->row_s;
+  std::vector<LogOnTwoClocks> logs;
+  logs.push_back(*std::move(log));
+  auto comparison = comparison_of(std::move(logs), robot, options);
+  auto found = comparison ? find_offset(*std::move(comparison)) : std::nullopt;
+  if (found) found->least_s = least_s;
+  return found;
 }
 
-std::optional<TimeOffset> set_reference_clock(const AlignedReadings& readings, const Robot& robot,
-                                              ReferenceStream& reference) {
-  return set_reference_clock(reference_time_offset(reference, readings, robot), robot, reference);
+void move_stamps(double step_s, ReferenceStream& reference) {
+  for (double& time_s : reference.time_s) time_s += step_s;
 }
 
 std::optional<TimeOffset> set_reference_clock(const std::optional<TimeOffset>& found, const Robot& robot,

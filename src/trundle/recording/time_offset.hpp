@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "trundle/chassis/robot.hpp"
+#include "trundle/geometry/trajectory.hpp"
 #include "trundle/recording/alignment/align.hpp"
 
 namespace trundle::recording {
@@ -46,6 +47,13 @@ std::optional<TimeOffset> reference_time_offset(const ReferenceStream& reference
                                                 const AlignedReadings& readings, const Robot& robot,
                                                 const TimeOffsetOptions& options = kReferenceClock);
 
+/// The same where a trajectory tells how the body moved, but for its gaps that are longer. A heading of the
+/// reference that was not measured is NaN.
+std::optional<TimeOffset> reference_time_offset(const Trajectory& reference,
+                                                const Trajectory& world_from_body, double longest_gap_s,
+                                                const Robot& robot,
+                                                const TimeOffsetOptions& options = kReferenceClock);
+
 /// What one log shows of the reference and of the motion on board.
 struct ReferenceLog {
   const ReferenceStream& reference;
@@ -79,11 +87,9 @@ using OffsetOf = std::function<std::optional<TimeOffset>(const Recording&)>;
 /// Adds to the reference's stamps.
 void move_stamps(double step_s, ReferenceStream& reference);
 
-/// Moves the reference's stamps so that robot.reference_time_offset_s holds for them, if they are off.
-/// Returns by what offset they were; nothing: they were not moved.
-std::optional<TimeOffset> set_reference_clock(const AlignedReadings& readings, const Robot& robot,
-                                              ReferenceStream& reference);
-/// The same where it is known what the motion shows (reference_time_offset).
+/// Moves the reference's stamps so that robot.reference_time_offset_s holds for them, if what was found
+/// (reference_time_offset) says that they are off. Returns by what offset they were; nothing: they were not
+/// moved.
 std::optional<TimeOffset> set_reference_clock(const std::optional<TimeOffset>& found, const Robot& robot,
                                               ReferenceStream& reference);
 

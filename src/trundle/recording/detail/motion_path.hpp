@@ -3,11 +3,12 @@
 #include <optional>
 #include <vector>
 
+#include "trundle/geometry/trajectory.hpp"
 #include "trundle/recording/alignment/align.hpp"
 
 namespace trundle::recording {
 
-/// Where the body is at any time, by the sensors on board: from its first pose, at constant twist within each
+/// Where the body is at any time, by the sensors on board or by a trajectory: at constant twist within each
 /// interval.
 struct MotionPath {
   std::vector<double> time_s;
@@ -23,5 +24,8 @@ struct MotionPath {
 
 /// By wheels alone where they tell the motion, else with the gyro; nothing where that is not enough.
 [[nodiscard]] std::optional<MotionPath> motion_path(const AlignedReadings& readings, const Robot& robot);
+/// Of poses of the body; neighbours that are more than `longest_gap_s` apart have a gap between them. Nothing
+/// of fewer than two poses.
+[[nodiscard]] std::optional<MotionPath> motion_path(const Trajectory& world_from_body, double longest_gap_s);
 
 }  // namespace trundle::recording
