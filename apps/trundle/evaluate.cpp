@@ -17,6 +17,7 @@ struct EvaluateArguments {
   std::string alignment = "start";
   double longest_gap_s = EvaluateOptions{}.longest_gap_s;
   std::optional<std::string> robot;
+  std::optional<double> time_offset_s;
 };
 
 Alignment alignment_named(const std::string& name) {
@@ -59,12 +60,13 @@ std::string_view words_of(Alignment alignment) {
   return {};
 }
 
-std::string text_of(const Evaluation& e) {
-  std::string text = fmt::format(
-      "Compared        {} poses over {:.1f} s, {:.2f} m; {}\n"
-      "Position error  {:.4f} m rms, {:.4f} mean, {:.4f} median, {:.4f} max\n",
-      e.compared, e.overlap_s(), e.path_m, words_of(e.alignment), e.position_m.rms, e.position_m.mean,
-      e.position_m.median, e.position_m.max);
+std::string text_of(const EvaluationAnswer& answer) {
+  const Evaluation& e = answer.evaluation;
+  std::string text = fmt::format("Compared        {} poses over {:.1f} s, {:.2f} m; {}\n", e.compared,
+                                 e.overlap_s(), e.path_m, words_of(e.alignment));
+  if (answer.clock) text += fmt::format("Clock           {}\n", sentence_of(*answer.clock));
+  text += fmt::format("Position error  {:.4f} m rms, {:.4f} mean, {:.4f} median, {:.4f} max\n",
+                      e.position_m.rms, e.position_m.mean, e.position_m.median, e.position_m.max);
   if (e.heading_rms_rad) text += fmt::format("Heading error   {:.3f} deg rms\n", degrees(*e.heading_rms_rad));
   text += fmt::format("At the end      {:.4f} m", e.final_position_m);
   if (e.final_percent) text += fmt::format(", {:.3f} % of the path", *e.final_percent);
@@ -78,14 +80,16 @@ std::string text_of(const Evaluation& e) {
 
 void run(const EvaluateArguments& options) {
   const TrajectoryFile estimate = read_trajectory_file(options.estimate);
-  const TrajectoryFile reference = read_trajectory_file(options.reference);
-  std::optional<RobotFile> robot;
-  if (options.robot) robot = read_robot_file(*options.robot);
+  std::optional<RobotFile> robot_file;
+  if (options.robot) robot_file = read_robot_file(*options.robot);
+  const RobotFile* const robot = robot_file ? &*robot_file : nullptr;
+  const TrajectoryFile reference = on_clock_of(
+      estimate, options.reference,
+      {.robot = robot, .longest_gap_s = options.longest_gap_s, .time_offset_s = options.time_offset_s});
   const EvaluationAnswer answer = answer_evaluation(
       estimate, reference,
-      {.alignment = alignment_named(options.alignment), .longest_gap_s = options.longest_gap_s},
-      robot ? &*robot : nullptr);
-  print(options.common, document_of(answer), text_of(answer.evaluation));
+      {.alignment = alignment_named(options.alignment), .longest_gap_s = options.longest_gap_s}, robot);
+  print(options.common, document_of(answer), text_of(answer));
 }
 
 }  // namespace
@@ -111,6 +115,11 @@ void add_evaluate(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--robot", options->robot,
                       "Robot file: the estimate is its body's, the reference that of its [reference_sensor]");
+  command
+      ->add_option("--time-offset-s", options->time_offset_s,
+                   "Added to the reference's stamps, instead of what the motion shows where they are off; "
+                   "0: they stay as they are [s]")
+      ->check(number_from(-kLargest, kLargest));
   command->callback([options] { run(*options); });
 }
 

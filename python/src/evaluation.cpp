@@ -11,20 +11,41 @@
 namespace trundle::python {
 namespace {
 
+const std::string& place_of(const RecordingFile& file) {
+  return file.path.empty() ? file.recording.name : file.path;
+}
+
+std::filesystem::path path_of_trajectory(const char* argument, const py::object& given) {
+  return path_of(argument, given, "a trajectory, a recording with a reference, or the path of either");
+}
+
 /// Of a trajectory, a recording, which has a reference, or the path of either.
-TrajectoryFile trajectory_file_of(const char* argument, const py::object& given) {
+TrajectoryFile estimate_given(const py::object& given) {
   if (py::isinstance<Trajectory>(given)) {
     const auto& trajectory = given.cast<const Trajectory&>();
     return without_gil([&] { return TrajectoryFile{trajectory, {}}; });
   }
   if (py::isinstance<RecordingFile>(given)) {
     const auto& file = given.cast<const RecordingFile&>();
-    const std::string& place = file.path.empty() ? file.recording.name : file.path;
-    return without_gil([&] { return reference_of(file.recording, place); });
+    return without_gil([&] { return reference_of(file.recording, place_of(file)); });
   }
-  const auto path =
-      path_of(argument, given, "a trajectory, a recording with a reference, or the path of either");
+  const auto path = path_of_trajectory("estimate", given);
   return without_gil([&] { return read_trajectory_file(path); });
+}
+
+/// The same, on the estimate's clock.
+TrajectoryFile reference_given(const py::object& given, const TrajectoryFile& estimate,
+                               const ClockQuestion& question) {
+  if (py::isinstance<Trajectory>(given)) {
+    const auto& trajectory = given.cast<const Trajectory&>();
+    return without_gil([&] { return on_clock_of(estimate, TrajectoryFile{trajectory, {}}, question); });
+  }
+  if (py::isinstance<RecordingFile>(given)) {
+    const auto& file = given.cast<const RecordingFile&>();
+    return without_gil([&] { return on_clock_of(estimate, file.recording, place_of(file), question); });
+  }
+  const auto path = path_of_trajectory("reference", given);
+  return without_gil([&] { return on_clock_of(estimate, path, question); });
 }
 
 Alignment alignment_named(const std::string& name) {
@@ -34,11 +55,13 @@ Alignment alignment_named(const std::string& name) {
 }
 
 EvaluationAnswer evaluate(const py::object& estimate, const py::object& reference, const std::string& align,
-                          double longest_gap_s, const RobotFile* robot) {
+                          double longest_gap_s, const RobotFile* robot, std::optional<double> time_offset_s) {
   require_from("longest_gap_s", longest_gap_s, kSmallest, kLargest);
+  if (time_offset_s) require_from("time_offset_s", *time_offset_s, -kLargest, kLargest);
   const EvaluateOptions options{.alignment = alignment_named(align), .longest_gap_s = longest_gap_s};
-  const TrajectoryFile mine = trajectory_file_of("estimate", estimate);
-  const TrajectoryFile truth = trajectory_file_of("reference", reference);
+  const TrajectoryFile mine = estimate_given(estimate);
+  const TrajectoryFile truth = reference_given(
+      reference, mine, {.robot = robot, .longest_gap_s = longest_gap_s, .time_offset_s = time_offset_s});
   return without_gil([&] { return answer_evaluation(mine, truth, options, robot); });
 }
 
@@ -85,6 +108,12 @@ void bind_evaluation(py::module_& module) {
   field("reference_from_estimate", &Evaluation::reference_from_estimate, "The motion that aligns them.");
   bound
       .def_property_readonly(
+          "time_offset_s",
+          [](const EvaluationAnswer& self) -> std::optional<double> {
+            return self.clock ? std::optional(self.clock->offset_s) : std::nullopt;
+          },
+          "Of the reference, whose stamps were moved; None: they stay as they are.")
+      .def_property_readonly(
           "alignment",
           [](const EvaluationAnswer& self) { return std::string(name_of(self.evaluation.alignment)); })
       .def("__repr__", [](const EvaluationAnswer& self) {
@@ -98,7 +127,7 @@ void bind_evaluation(py::module_& module) {
   add_python_methods(bound, "A DataFrame with the relative errors, a row for each distance.");
 
   module.def("evaluate", &evaluate, py::arg("estimate"), py::arg("reference"), py::kw_only(),
-             py::arg("align"), py::arg("longest_gap_s"), py::arg("robot"));
+             py::arg("align"), py::arg("longest_gap_s"), py::arg("robot"), py::arg("time_offset_s"));
 }
 
 }  // namespace trundle::python

@@ -73,13 +73,15 @@ def evaluate(
     align: str = "start",
     longest_gap_s: float = 0.5,
     robot: Union[Path, Robot, None] = None,
+    time_offset_s: Optional[float] = None,
 ) -> Evaluation:
     """How far an estimated trajectory is from a reference.
 
     `estimate`: a trajectory, a result that has one, or a file. `reference`: a recording that has one, a
     trajectory, or the path of either. `align`: 'none', 'start' (first common poses laid on each other) or 'se2'
     (least squares over all positions). `longest_gap_s`: the estimate is not interpolated across longer ones.
-    `robot`: says where the reference was measured on it. docs/evaluation.md.
+    `robot`: says where the reference was measured on it. `time_offset_s`: added to the reference's stamps,
+    instead of what the motion shows where they are off; 0: they stay as they are. docs/evaluation.md.
 
     >>> import trundle
     >>> tour = trundle.Recording("data/demo/session_03/tour")
@@ -93,4 +95,5 @@ def evaluate(
         align=align,
         longest_gap_s=longest_gap_s,
         robot=None if robot is None else robot_of(robot),
+        time_offset_s=time_offset_s,
     )

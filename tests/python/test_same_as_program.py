@@ -4,6 +4,7 @@ documents, and arrays with the bits of the files' numbers."""
 import csv
 import json
 import unittest
+from pathlib import Path
 
 import numpy
 import trundle
@@ -187,6 +188,24 @@ class SameAsProgram(WithFolder):
             in_memory = trundle.evaluate(trundle.odometry(TOUR, ROBOT), trundle.Recording(TOUR), align=align, robot=ROBOT)
             self.assertEqual(in_memory.position_m.rms, found.position_m.rms)
             self.assertEqual(in_memory.to_dict()["nees"], found.to_dict()["nees"])
+
+    def test_evaluate_a_reference_that_is_late(self):
+        late = self.folder / "late"
+        late.mkdir()
+        for file in Path(TOUR).iterdir():
+            (late / file.name).write_bytes(file.read_bytes())
+        head, *rows = (late / "reference.csv").read_text().splitlines()
+        moved = [f"{float(time_s) + 0.6!r},{rest}" for time_s, rest in (row.split(",", 1) for row in rows)]
+        (late / "reference.csv").write_text("\n".join([head, *moved]) + "\n")
+        program("odometry", TOUR, "--robot", ROBOT, "-o", self.folder / "trajectory.csv")
+        estimate = self.folder / "trajectory.csv"
+        for options, named in (([], {}), (["--robot", ROBOT], {"robot": ROBOT}),
+                               (["--time-offset-s", "-0.6"], {"time_offset_s": -0.6})):
+            found = trundle.evaluate(estimate, late, **named)
+            self.assertAlmostEqual(found.time_offset_s, -0.6, delta=0.04)
+            self.assert_same_document(found, "evaluate", estimate, late, *options)
+            in_memory = trundle.evaluate(trundle.odometry(TOUR, ROBOT), trundle.Recording(late), **named)
+            self.assertEqual(in_memory.position_m.rms, found.position_m.rms)
 
     def test_umbmark(self):
         for method in ("classic", "orientation", "ml"):

@@ -59,6 +59,22 @@ nlohmann::ordered_json json_of(const Evaluation& e) {
   return json;
 }
 
+/// Its stamps, to which the robot's time_offset_s is added later, moved so that their sum is right.
+TrajectoryFile with_clock(TrajectoryFile reference, const std::optional<ReferenceClock>& clock,
+                          double given_s) {
+  reference.clock = clock;
+  if (clock)
+    for (StampedPose& stamped : reference.trajectory.poses) stamped.time_s += clock->offset_s - given_s;
+  return reference;
+}
+
+/// Nothing where they are not this robot's, or not there.
+std::optional<AlignedReadings> readings_of(const Recording& recording, const Robot& robot) try {
+  return align(recording, robot);
+} catch (const InputError&) {
+  return std::nullopt;
+}
+
 }  // namespace
 
 TrajectoryFile read_trajectory_file(const std::filesystem::path& path) {
@@ -85,12 +101,46 @@ TrajectoryFile reference_of(const Recording& recording, const std::filesystem::p
   return reference;
 }
 
+TrajectoryFile on_clock_of_sensors(const Recording& recording, const std::filesystem::path& path,
+                                   const AlignedReadings& readings, const Robot& robot) {
+  TrajectoryFile reference = reference_of(recording, path);
+  reference.files = recording.inputs;
+  return with_clock(std::move(reference), clock_by_sensors(recording, readings, robot),
+                    robot.reference_time_offset_s);
+}
+
+TrajectoryFile on_clock_of(const TrajectoryFile& estimate, TrajectoryFile reference,
+                           const ClockQuestion& question) {
+  const Robot robot = question.robot != nullptr ? question.robot->robot : Robot{};
+  const auto clock =
+      question.time_offset_s
+          ? std::optional(ReferenceClock{.offset_s = *question.time_offset_s})
+          : clock_by_estimate(reference.trajectory, estimate.trajectory, question.longest_gap_s, robot);
+  return with_clock(std::move(reference), clock, robot.reference_time_offset_s);
+}
+
+TrajectoryFile on_clock_of(const TrajectoryFile& estimate, const Recording& recording,
+                           const std::filesystem::path& path, const ClockQuestion& question) {
+  if (question.robot != nullptr && !question.time_offset_s)
+    if (const auto readings = readings_of(recording, question.robot->robot))
+      return on_clock_of_sensors(recording, path, *readings, question.robot->robot);
+  return on_clock_of(estimate, reference_of(recording, path), question);
+}
+
+TrajectoryFile on_clock_of(const TrajectoryFile& estimate, const std::filesystem::path& path,
+                           const ClockQuestion& question) {
+  if (std::filesystem::is_directory(path)) return on_clock_of(estimate, read_recording(path), path, question);
+  return on_clock_of(estimate, read_trajectory_file(path), question);
+}
+
 EvaluationAnswer answer_evaluation(const TrajectoryFile& estimate, const TrajectoryFile& reference,
                                    EvaluateOptions options, const RobotFile* robot) {
-  EvaluationAnswer answer;
+  EvaluationAnswer answer{.provenance = {}, .evaluation = {}, .clock = reference.clock};
   options.reference_noise = reference.noise;
   answer.provenance.options = {{"align", std::string(name_of(options.alignment))},
                                {"longest_gap_s", fmt::format("{}", options.longest_gap_s)}};
+  if (reference.clock && reference.clock->source == ClockSource::stated)
+    answer.provenance.options.emplace_back("time_offset_s", fmt::format("{}", reference.clock->offset_s));
   add_inputs(estimate.files, answer.provenance);
   add_inputs(reference.files, answer.provenance);
   if (robot != nullptr) answer.provenance.inputs.push_back(robot->file);
@@ -104,6 +154,7 @@ EvaluationAnswer answer_evaluation(const TrajectoryFile& estimate, const Traject
 nlohmann::ordered_json document_of(const EvaluationAnswer& answer) {
   nlohmann::ordered_json document = to_json(answer.provenance);
   document.update(json_of(answer.evaluation));
+  document["reference_clock"] = json_of(answer.clock);
   return document;
 }
 

@@ -10,6 +10,7 @@
 #include "trundle/evaluation/evaluate.hpp"
 #include "trundle/pipeline/files.hpp"
 #include "trundle/pipeline/provenance.hpp"
+#include "trundle/pipeline/reference_clock.hpp"
 #include "trundle/report/evaluation_result.hpp"
 
 namespace trundle::pipeline {
@@ -18,8 +19,9 @@ namespace trundle::pipeline {
 struct TrajectoryFile {
   Trajectory trajectory;
   std::vector<InputFile> files;
-  ReferenceSigmas noise = {};  ///< of a recording's reference
-  std::size_t left_out = 0;    ///< poses of the file that were thinned out
+  ReferenceSigmas noise = {};                ///< of a recording's reference
+  std::size_t left_out = 0;                  ///< poses of the file that were thinned out
+  std::optional<ReferenceClock> clock = {};  ///< of a reference whose stamps were moved
 };
 /// trajectory.csv, .tum, reference.csv, or the reference of a recording folder. Throws InputError.
 TrajectoryFile read_trajectory_file(const std::filesystem::path& path);
@@ -27,10 +29,30 @@ TrajectoryFile read_trajectory_file(const std::filesystem::path& path);
 TrajectoryFile written_trajectory(const Trajectory& trajectory, const OutputFile& file);
 /// The reference of a recording that has been read from `path`.
 TrajectoryFile reference_of(const Recording& recording, const std::filesystem::path& path);
+/// The same, on the clock of the recording's sensors.
+TrajectoryFile on_clock_of_sensors(const Recording& recording, const std::filesystem::path& path,
+                                   const AlignedReadings& readings, const Robot& robot);
+
+/// What is known of the clock of a reference before an estimate is compared with it.
+struct ClockQuestion {
+  const RobotFile* robot = nullptr;                        ///< whose body the estimate is of
+  double longest_gap_s = EvaluateOptions{}.longest_gap_s;  ///< across longer ones it tells no motion
+  std::optional<double> time_offset_s = {};                ///< stated: nothing is measured
+};
+/// The reference on the estimate's clock: by the sensors of its recording where it has the robot's, else by
+/// how the estimate moves.
+TrajectoryFile on_clock_of(const TrajectoryFile& estimate, TrajectoryFile reference,
+                           const ClockQuestion& question);
+TrajectoryFile on_clock_of(const TrajectoryFile& estimate, const Recording& recording,
+                           const std::filesystem::path& path, const ClockQuestion& question);
+/// Of what the path holds, as read_trajectory_file() takes it.
+TrajectoryFile on_clock_of(const TrajectoryFile& estimate, const std::filesystem::path& path,
+                           const ClockQuestion& question);
 
 struct EvaluationAnswer {
   Provenance provenance;
   Evaluation evaluation;
+  std::optional<ReferenceClock> clock = {};  ///< of the reference, whose stamps were moved
 };
 
 /// What `trundle evaluate` does; with a robot the estimate is of its body, and the reference of its reference

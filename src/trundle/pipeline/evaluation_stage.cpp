@@ -4,9 +4,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "trundle/io/words.hpp"
 #include "trundle/pipeline/stages.hpp"
-#include "trundle/recording/time_offset.hpp"
+#include "trundle/recording/alignment/align.hpp"
 
 namespace trundle::pipeline {
 namespace {
@@ -74,26 +73,6 @@ std::string errors_in_words(const std::vector<Evaluated>& all, Alignment common)
   return text;
 }
 
-/// Sightings fix these: where their clock is another than that of the wheels the path goes with theirs.
-bool is_on_clock_of_sightings(const WrittenTrajectory& trajectory) {
-  using enum TrackRole;
-  return trajectory.role == online || trajectory.role == path || trajectory.role == smoothed ||
-         trajectory.role == localized;
-}
-
-/// By which the reference's stamps were moved; nothing: they were not. Trajectories that sightings fix keep
-/// the stamps where the landmark sensor may have the reference's clock rather than that of the wheels.
-std::optional<TimeOffset> set_clock(const Recording& recording,
-                                    std::span<const WrittenTrajectory> trajectories, const Robot& robot,
-                                    ReferenceStream& reference) {
-  const AlignedReadings readings = align(recording, robot);
-  if (std::ranges::any_of(trajectories, is_on_clock_of_sightings)) {
-    const auto own = sighting_time_offset(recording.sightings, readings, robot);
-    if (!own || is_off(*own, robot.landmark_sensor->time_offset_s)) return std::nullopt;
-  }
-  return set_reference_clock(reference_time_offset(reference, readings, robot), robot, reference);
-}
-
 /// In which the trajectories are compared with each other: se2 where the reference has no heading.
 Alignment common_alignment(const std::vector<Evaluated>& all) {
   for (const Alignment alignment : {Alignment::start, Alignment::se2})
@@ -118,16 +97,14 @@ std::string_view words_of(Alignment alignment) {
 
 Found<EvaluationStage> evaluate_trajectories(const RunInputs& inputs, const RobotFile& robot,
                                              std::span<const WrittenTrajectory> trajectories) {
-  if (positions_of(inputs.recording().reference).poses.empty())
+  const Recording& recording = inputs.recording();
+  if (positions_of(recording.reference).poses.empty())
     throw NotApplicable{"the recording has no reference with x and y"};
   if (trajectories.empty()) throw NotApplicable{"there is no trajectory to compare"};
-  Recording recording;  // of its reference alone, whose stamps may be moved
-  recording.name = inputs.recording().name;
-  recording.inputs = inputs.recording().inputs;
-  recording.reference = inputs.recording().reference;
-  recording.reference_noise = inputs.recording().reference_noise;
-  const auto clock = set_clock(inputs.recording(), trajectories, robot.robot, recording.reference);
-  const TrajectoryFile reference = reference_of(recording, inputs.question.recording);
+  const TrajectoryFile reference =
+      on_clock_of_sensors(recording, inputs.question.recording, align(recording, robot.robot), robot.robot);
+  ReferenceStream measured = recording.reference;
+  if (reference.clock) move_stamps(reference.clock->offset_s - robot.robot.reference_time_offset_s, measured);
   std::vector<Evaluated> all;
   for (const WrittenTrajectory& trajectory : trajectories)
     all.push_back(evaluated(trajectory, reference, robot));
@@ -142,17 +119,11 @@ Found<EvaluationStage> evaluate_trajectories(const RunInputs& inputs, const Robo
   document["trajectories"] = Json::array();
   for (const Evaluated& one : all) document["trajectories"].push_back(json_of(one));
   Found<EvaluationStage> found{
-      .value = {.summary = summary,
-                .reference = positions_of(recording.reference),
-                .errors = std::move(errors)},
+      .value = {.summary = summary, .reference = positions_of(measured), .errors = std::move(errors)},
       .message = errors_in_words(all, summary.alignment),
-      .files = {{inputs.in_folder("reference.csv"), reference_csv_of(inputs, recording.reference)},
+      .files = {{inputs.in_folder("reference.csv"), reference_csv_of(inputs, measured)},
                 {inputs.in_folder("evaluation.json"), printed(document)}}};
-  if (clock)
-    found.remarks.push_back(
-        fmt::format("note: corrected: reference.time_offset_s {} s, from the ways and turns "
-                    "that reference and robot show",
-                    with_sigma(clock->offset_s, clock->sigma_s)));
+  if (reference.clock) found.remarks.push_back("note: corrected: " + sentence_of(*reference.clock));
   return found;
 }
 
