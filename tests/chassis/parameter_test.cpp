@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "trundle/chassis/usual_parameters.hpp"
+
 #include "chassis/robots.hpp"
 
 namespace trundle::chassis {
@@ -23,9 +25,9 @@ std::vector<Robot> every_robot() {
   for (const Chassis& chassis :
        {test::with_gyro(differential_drive(kSize, 0.4)), test::with_gyro(skid_steer(kSize, 0.6, 0.5)),
         omni3(kSize, 0.2), mecanum(kSize, 0.3, 0.4), test::three_pods(), test::odd_chassis(), tricycle,
-        off_centre, test::velocity_robot(), chassis::tricycle(kSize, 1.0, test::kSteering),
-        ackermann(kSize, 0.4, 0.6, 0.3, test::kSteering), swerve(kSize, 0.4, 0.5, test::kSteering),
-        test::odd_steered_chassis()})
+        off_centre, test::joined(differential_drive(kSize, 0.4), test::three_pods()), test::velocity_robot(),
+        chassis::tricycle(kSize, 1.0, test::kSteering), ackermann(kSize, 0.4, 0.6, 0.3, test::kSteering),
+        swerve(kSize, 0.4, 0.5, test::kSteering), test::odd_steered_chassis()})
     robots.push_back(robot_of(chassis));
   return robots;
 }
@@ -164,6 +166,24 @@ TEST(Parameter, track_is_the_distance_of_the_sides_and_keeps_their_middle) {
   set_value(track, 0.5, robot);
   EXPECT_DOUBLE_EQ(robot.chassis.wheels()[0].y_m, 0.3);
   EXPECT_DOUBLE_EQ(robot.chassis.wheels()[1].y_m, -0.2);
+}
+
+// It counted as exact, and pods' levers came out wrong for it.
+TEST(Parameter, track_beside_pods_is_that_of_the_driven_wheels) {
+  const Parameter track{ParameterKind::track};
+  for (const Chassis& chassis : {test::joined(differential_drive(kSize, 0.2), test::three_pods()),
+                                 test::joined(test::three_pods(), differential_drive(kSize, 0.2))}) {
+    Robot robot = robot_of(chassis);
+    EXPECT_THAT(usual_parameters(robot), testing::Contains(track));
+    EXPECT_DOUBLE_EQ(value_of(track, robot), 0.2);
+    set_value(track, 0.5, robot);
+    EXPECT_DOUBLE_EQ(value_of(track, robot), 0.5);
+    for (std::size_t i = 0; i < robot.chassis.wheels().size(); ++i) {
+      const Wheel& before = chassis.wheels()[i];
+      EXPECT_DOUBLE_EQ(robot.chassis.wheels()[i].y_m,
+                       before.kind == WheelKind::omni ? before.y_m : 2.5 * before.y_m);
+    }
+  }
 }
 
 TEST(Parameter, setting_what_is_there_changes_nothing_much) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <limits>
 
 #include "trundle/chassis/detail/parameter_parts.hpp"
 #include "trundle/chassis/scrub.hpp"
@@ -53,7 +54,7 @@ void set_lever(Wheel& wheel, double lever) {
 void set_track(Chassis& chassis, double track) {
   const Sides sides = track_sides(chassis);
   for (Wheel& wheel : chassis.wheels())
-    wheel.y_m = sides.middle() + (wheel.y_m - sides.middle()) * track / sides.track();
+    if (is_of_side(wheel)) wheel.y_m = sides.middle() + (wheel.y_m - sides.middle()) * track / sides.track();
 }
 
 bool exists(const Parameter& parameter, const Robot& robot) {
@@ -143,15 +144,15 @@ auto& sensor_value(ParameterKind kind, Sensor& sensor) {
 }  // namespace
 
 std::optional<Sides> sides_of(const Chassis& chassis) {
-  const auto wheels = chassis.wheels();
-  if (wheels.empty()) return std::nullopt;
-  const auto [low, high] = std::ranges::minmax(wheels, {}, &Wheel::y_m);
-  const double middle = 0.5 * (low.y_m + high.y_m);
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Wheel& wheel : chassis.wheels())
+    if (is_of_side(wheel)) low = std::min(low, wheel.y_m), high = std::max(high, wheel.y_m);
+  const double middle = 0.5 * (low + high);
   Sides sides;
   int left_count = 0;
   int right_count = 0;
-  for (const Wheel& wheel : wheels) {
-    if (wheel.kind == WheelKind::omni) return std::nullopt;
+  for (const Wheel& wheel : chassis.wheels()) {
+    if (!is_of_side(wheel)) continue;
     if (wheel.y_m > middle) sides.left += wheel.y_m, ++left_count;
     if (wheel.y_m < middle) sides.right += wheel.y_m, ++right_count;
   }

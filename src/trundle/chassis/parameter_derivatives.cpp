@@ -15,10 +15,11 @@ void set_track_derivative(const Chassis& chassis, const Rows& rows, RowMatrix& d
   const Sides sides = track_sides(chassis);
   for (int i = 0; i < rows.count(); ++i) {
     const Row& row = rows.row[static_cast<std::size_t>(i)];
-    const bool is_of_side =
+    const bool is_of_wheel =
         (row.kind == RowKind::wheel || row.kind == RowKind::lateral) && row.wheel < chassis.wheel_count;
-    if (!is_of_side) continue;
+    if (!is_of_wheel) continue;
     const Wheel& wheel = chassis.wheels()[static_cast<std::size_t>(row.wheel)];
+    if (!is_of_side(wheel)) continue;
     const double dy = (wheel.y_m - sides.middle()) / sides.track();
     const double dturn_dy =
         row.kind == RowKind::wheel ? lever_gradient(wheel).y() : std::sin(rolling_direction(wheel));

@@ -1,5 +1,7 @@
 #include "trundle/chassis/usual_parameters.hpp"
 
+#include <algorithm>
+
 namespace trundle::chassis {
 namespace {
 
@@ -16,7 +18,7 @@ bool is_usual(const Parameter& parameter, const Robot& robot) {
     case ParameterKind::lever:
       return stands_alone(robot.chassis.wheels()[static_cast<std::size_t>(parameter.wheel)]);
     case ParameterKind::track:
-      return !stands_alone(robot.chassis.wheels().front());
+      return !std::ranges::all_of(robot.chassis.wheels(), stands_alone);
     case ParameterKind::diameter:
     case ParameterKind::steering_zero:
     case ParameterKind::steering_scale:

@@ -8,6 +8,11 @@ namespace trundle::chassis {
 
 // What values of parameters and derivatives by them have in common.
 
+/// Whose place the track is about: an omni wheel, as of a pod beside driven wheels, has one of its own.
+[[nodiscard]] inline bool is_of_side(const Wheel& wheel) {
+  return wheel.kind != WheelKind::omni;
+}
+
 /// Mean y of the wheels left and right of the middle.
 struct Sides {
   double left = 0.0;
