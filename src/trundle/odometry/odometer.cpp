@@ -64,6 +64,7 @@ Odometer::Odometer(const Robot& robot, const Options& options)
       parameters_(options.parameters.size()),
       uncertain_(parameters_),
       with_covariance_(options.with_covariance),
+      rates_change_(options.rates_change),
       steered_(is_steered(robot.chassis)) {
   const Chassis& chassis = robot.chassis;
   for (std::size_t i = 0; i < wheels_; ++i) rounding_variance_[i] = rounding_variance(chassis.wheels()[i]);
@@ -195,10 +196,26 @@ Triple Odometer::advance_with_covariance(const MotionModel& model, const Increme
   }
   Pose2& pose = state_.pose;
   pose = {pose.x + arc.chord().x, pose.y + arc.chord().y, pose.heading + step.twist[2]};
+  if (rates_change_) bend(arc, step.twist, increment.duration_s);
   if (!without_gyro_ && increment.duration_s > 0.0)
     state_.turn_rate_rad_s = step.twist[2] / increment.duration_s;
   if (turns_ && !state_.rested) compare_turns(model, increment, rolled);
   return step.twist;
+}
+
+/// Where rates change linearly, by the slope from the interval before, the path ends beside its arc.
+void Odometer::bend(const ArcStep& arc, const Triple& twist, double duration_s) {
+  if (duration_s <= 0.0) return;
+  const MeanRates before = state_.rates;
+  for (std::size_t i = 0; i < 3; ++i) state_.rates.per_s[i] = twist[i] / duration_s;
+  state_.rates.duration_s = duration_s;
+  if (before.duration_s == 0.0) return;
+  const auto [forward, sideways, turning] = before.per_s;
+  const double share = duration_s * duration_s / (6.0 * (duration_s + before.duration_s));
+  const Triple beside = arc.map(Triple{share * (twist[2] * sideways - turning * twist[1]),
+                                       share * (turning * twist[0] - twist[2] * forward), 0.0});
+  state_.pose.x += beside[0];
+  state_.pose.y += beside[1];
 }
 
 /// A count that falls brings a new rounding error and takes the old one back: docs/theory/odometry.md,
@@ -289,7 +306,9 @@ void Odometer::trace_arc(const ArcStep& arc, const Triple& by_bias) {
 
 void Odometer::step_across_gap(const Increment& increment) {
   trace_ = {};
+  state_.rates = {};
   const Triple twist = learns_ ? move_on(increment) : advance(increment);
+  state_.rates = {};
   end_comparison();
   if (learns_) rest_->follow_counts(state_.rest, increment);
   if (!with_covariance_) return;

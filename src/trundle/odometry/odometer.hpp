@@ -39,6 +39,12 @@ struct DifferenceState {
   std::array<double, kMaxParameters> sensitivity{};
 };
 
+/// Twist of an interval over its duration.
+struct MeanRates {
+  std::array<double, 3> per_s{};
+  double duration_s = 0.0;  ///< 0: there was none
+};
+
 /// All that changes while an Odometer steps: plain numbers, so its bytes can be stored and restored.
 struct OdometerState {
   Pose2 pose;
@@ -50,6 +56,7 @@ struct OdometerState {
   double bias_parameter_variance = 0.0;  ///< of what is wrong with it because parameters are
   std::array<double, 2> bend{};          ///< ∂²(x, y)/∂bias²: the path that a bias bends is no line
   double turn_rate_rad_s = 0.0;          ///< of the last step whose turn was measured
+  MeanRates rates;                       ///< of the last step; only with rates_change
   /// ∂(pose)/∂p of Options::parameters; after them, of what else the bias depends on, through it alone.
   std::array<std::array<double, 3>, kMaxParameters> sensitivity{};
   std::array<double, kMaxParameters> bias_sensitivity{};  ///< of what was learned of the bias
@@ -94,6 +101,9 @@ class Odometer {
     Matrix3 start_covariance = Matrix3::Zero();  ///< of (x, y, heading) in world axes
     std::vector<Parameter> parameters = {};  ///< whose sensitivity is carried along; at most kMaxParameters
     bool with_covariance = true;
+    /// Within an interval the rates change as from the one before to it, not in between: the path is no arc
+    /// (docs/theory/calibration.md, eq. 1a). Needs the covariance.
+    bool rates_change = false;
     /// Finds where the robot stands still, and learns the gyro's bias there. Needs the covariance, and that
     /// gyro.bias is not among `parameters`.
     bool learn_gyro_bias = false;
@@ -158,6 +168,7 @@ class Odometer {
   std::array<double, 3> advance(const Increment& increment);
   std::array<double, 3> advance_unmeasured(const Increment& increment);
   std::array<double, 3> advance_with_covariance(const MotionModel& model, const Increment& increment);
+  void bend(const ArcStep& arc, const std::array<double, 3>& twist, double duration_s);
   void carry_rounding(const ArcStep& arc, const Increment& increment, const TwistStep& step);
   void let_bias_walk(double duration_s);
   void add_bias(const ArcStep& arc, const std::array<double, 3>& by_bias, double duration_s);
@@ -182,6 +193,7 @@ class Odometer {
   std::size_t uncertain_ = 0;  ///< these, and the others that the bias depends on
   Eigen::MatrixXd uncertain_covariance_;
   bool with_covariance_ = true;
+  bool rates_change_ = false;
   bool learns_ = false;
   bool steered_ = false;
   Gyro gyro_;

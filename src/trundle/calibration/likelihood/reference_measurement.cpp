@@ -78,7 +78,7 @@ void set_state(Odometer& odometer, const Pose2& pose, const Matrix3& covariance,
 }
 
 Odometer odometer_at(const Start& start, const Robot& robot, std::span<const Parameter> parameters) {
-  Odometer odometer(robot, {.parameters = {parameters.begin(), parameters.end()}});
+  Odometer odometer(robot, {.parameters = {parameters.begin(), parameters.end()}, .rates_change = true});
   set_state(odometer, start.pose, start.covariance, start.sensitivity);
   return odometer;
 }

@@ -60,7 +60,7 @@ std::vector<Piece> pieces_of(const Run& run) {
 
 Drift drift_of(const Run& run, const Piece& piece, const Robot& robot) {
   Drift drift;
-  Odometer odometer(robot, {.start = body_at(run, piece.first, robot)});
+  Odometer odometer(robot, {.start = body_at(run, piece.first, robot), .rates_change = true});
   double path_m = 0.0, last_rad = 0.0;
   std::size_t done = run.epochs[piece.first];
   for (std::size_t epoch = piece.first; epoch < piece.end; ++epoch) {
