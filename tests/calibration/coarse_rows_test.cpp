@@ -17,7 +17,7 @@
 #include "calibration/stated_errors.hpp"
 #include "scale.hpp"
 
-namespace trundle::calibration {
+namespace trundle::calibration::coarse_rows {
 namespace {
 
 constexpr double kStep_s = 1e-3;
@@ -141,4 +141,4 @@ TEST(CoarseRows, MakeNoTrackSmaller) {
 }
 
 }  // namespace
-}  // namespace trundle::calibration
+}  // namespace trundle::calibration::coarse_rows

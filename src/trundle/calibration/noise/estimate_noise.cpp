@@ -176,7 +176,7 @@ NoiseLevels levels_by_innovations(std::span<const Run> runs, const Robot& robot,
 /// Where headings are the wheels' and the reference shows them: the wheels' by what grows of their
 /// differences, whatever the reference errs by for seconds; its own by how large innovations are.
 std::optional<NoiseLevels> levels_by_growth(std::span<const Run> runs, const Robot& robot) {
-  if (robot.chassis.gyro || !have_headings(runs)) return std::nullopt;
+  if (robot.chassis.gyro || !have_headings(runs) || !owes_headings_to_wheels(robot)) return std::nullopt;
   NoiseLevels levels = noise_levels_of(robot);
   const auto growth = growth_of_heading(runs, noisy_robot(robot, levels));
   if (!growth) return std::nullopt;

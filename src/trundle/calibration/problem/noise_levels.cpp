@@ -12,6 +12,20 @@ bool has_sideways(const Robot& robot) {
   return rows.count() > rows.measured;
 }
 
+bool owes_headings_to_wheels(const Robot& robot) {
+  if (is_steered(robot.chassis)) return true;   // and to their angles
+  const auto variance_at = [&](double times) {  // after a metre
+    NoiseLevels levels = noise_levels_of(robot);
+    levels.wheel_per_sqrt_m *= times;
+    const Chassis& noisy = with_noise(robot, levels).chassis;
+    const Rows rows = rows_of(noisy, false);
+    const RowVector variance = weighing_variances(noisy, rows, 1.0, 1.0);
+    return Matrix3(twist_gain(rows, variance) * variance.asDiagonal() *
+                   twist_gain(rows, variance).transpose())(2, 2);
+  };
+  return std::abs(variance_at(2.0) / variance_at(1.0) - 4.0) < 1e-6;
+}
+
 NoiseLevels noise_levels_of(const Robot& robot) {
   const Chassis& chassis = robot.chassis;
   NoiseLevels levels{.wheel_per_sqrt_m = typical_wheel_noise(chassis),

@@ -46,6 +46,10 @@ struct NoiseEstimate {
 /// Whether the chassis assumes anything of sideways motion.
 [[nodiscard]] bool has_sideways(const Robot& robot);
 
+/// Whether headings err as the wheels do, in proportion to their level. Of a sideways wheel beside others
+/// that do not skid they err by what those skid, too.
+[[nodiscard]] bool owes_headings_to_wheels(const Robot& robot);
+
 /// As the robot file has them; of the reference, the usual.
 [[nodiscard]] NoiseLevels noise_levels_of(const Robot& robot);
 [[nodiscard]] Robot with_noise(const Robot& robot, const NoiseLevels& levels);

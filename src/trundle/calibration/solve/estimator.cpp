@@ -31,11 +31,20 @@ NoiseEstimate noise_of_short_stretches(const Robot& nominal) {
   return {levels, false};
 }
 
-/// With little noise whole runs are compared: what they leave over is what noise is learned from. With a gyro
-/// the level also says what its heading counts against that of the wheels: there the robot file's is taken.
+/// Whether the level of noise says what one reading counts against another: a gyro's heading, or that of a
+/// sideways wheel, against that of the wheels, or what steered wheels say of each other against what the
+/// reference says of them.
+bool is_weighed_by_noise(const Robot& robot) {
+  const Chassis& chassis = robot.chassis;
+  return chassis.gyro || !owes_headings_to_wheels(robot) ||
+         (is_steered(chassis) && rows_of(chassis, false).count() > 3);
+}
+
+/// With little noise whole runs are compared: what they leave over is what noise is learned from. Where the
+/// level also says what another heading counts the robot file's is taken.
 NoiseEstimate noise_of_whole_runs(const Robot& nominal) {
   NoiseLevels levels = noise_levels_of(nominal);
-  if (!nominal.chassis.gyro) levels.wheel_per_sqrt_m = 1e-4;
+  if (!nominal.chassis.gyro && owes_headings_to_wheels(nominal)) levels.wheel_per_sqrt_m = 1e-4;
   levels.reference = {.position_m = 0.005, .heading_rad = 0.02};
   return {levels, false};
 }
@@ -63,12 +72,6 @@ Robot rough_robot(Likelihood& likelihood) {
 bool about_same(const NoiseLevels& a, const NoiseLevels& b) {
   const auto same = [](double x, double y) { return std::abs(x - y) <= kSameNoise * std::max(x, y); };
   return same(a.wheel_per_sqrt_m, b.wheel_per_sqrt_m) && same(a.gyro_rad_s_sqrt_hz, b.gyro_rad_s_sqrt_hz);
-}
-
-/// Whether the level of noise says what one reading counts against another: a gyro's heading against that of
-/// the wheels, or what steered wheels say of each other against what the reference says of them.
-bool is_weighed_by_noise(const Chassis& chassis) {
-  return chassis.gyro || (is_steered(chassis) && rows_of(chassis, false).count() > 3);
 }
 
 /// What the rough robot leaves over in positions is more than noise: its heading is the gyro's, not yet
@@ -166,7 +169,7 @@ Estimate estimate_parameters(const CalibrationProblem& problem) {
   estimate.space = space_at(likelihood, rough);
   likelihood.takes_out_noise = false;
   solve(likelihood, estimate.space, estimate.robot);
-  if (is_weighed_by_noise(problem.nominal.chassis)) settle_noise(estimate.space, likelihood, estimate.robot);
+  if (is_weighed_by_noise(problem.nominal)) settle_noise(estimate.space, likelihood, estimate.robot);
   estimate.descent = settle_weights(estimate.space, likelihood, estimate.robot);
   estimate.noise = likelihood.noise;
 
