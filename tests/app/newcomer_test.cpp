@@ -170,7 +170,7 @@ const Mistake kMistakes[] = {
                          f.recording.find("[gyro]") - f.recording.find("[reference]"));
        replace(f.robot, "1000", "-1000");
      },
-     0, "'left' counts backwards, as the gyro shows: write ticks_per_revolution = 1000"},
+     0, "'left' counts backwards: ticks_per_revolution = 1000"},
     {"track_for_half_of_it",
      [](Files& f) {
        f.recording.erase(f.recording.find("[reference]"),
@@ -451,6 +451,31 @@ TEST(NewcomersRun, TellsNothingOfWhatIsMisread) {
   EXPECT_THAT(outcome.out, testing::ContainsRegex("odometry +failed +not done: mine/recording.toml:1: "));
   EXPECT_THAT(outcome.err, HasSubstr("write increments = true under [wheels]"));
   EXPECT_FALSE(std::filesystem::exists(sample.folder() / "d")) << "a run that fails leaves nothing";
+}
+
+/// Wrong signs make a wrong path, too, unless a calibration puts them right.
+TEST(NewcomersRun, TellsNothingOfAWheelThatNobodyTurnsRound) {
+  Files files = drive();
+  files.recording.erase(files.recording.find("[reference]"),
+                        files.recording.find("[gyro]") - files.recording.find("[reference]"));
+  replace(files.robot, "1000", "-1000");
+  const Sample sample;
+  put(files, sample.folder());
+  const Outcome outcome = run_program(sample.folder(), {"run", "mine", "--robot", "mine.toml", "-o", "d"});
+  EXPECT_EQ(outcome.exit_code, 4) << outcome.out;
+  EXPECT_THAT(outcome.out, testing::ContainsRegex("odometry +failed +not done: .*'left' counts backwards"));
+  EXPECT_FALSE(std::filesystem::exists(sample.folder() / "d"));
+}
+
+TEST(NewcomersRun, GoesOnWithAWheelThatTheCalibrationTurnsRound) {
+  Files files = drive();
+  replace(files.robot, "1000", "-1000");
+  const Sample sample;
+  put(files, sample.folder());
+  const Outcome outcome = run_program(sample.folder(), {"run", "mine", "--robot", "mine.toml", "-o", "d"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("'left' counts backwards: ticks_per_revolution = 1000; already"));
+  EXPECT_THAT(outcome.out, testing::ContainsRegex("odometry +done "));
 }
 
 /// A reference in the wrong unit does not make the odometry wrong.

@@ -140,6 +140,21 @@ TEST(Misread, MotionForbidsAllButThePage) {
     EXPECT_FALSE(forbids(what, StageKind::report));
 }
 
+TEST(Misread, WiresMayBePutRightByACalibration) {
+  EXPECT_FALSE(forbids(Misread::wires, StageKind::calibration));
+  for (const StageKind stage : {StageKind::odometry, StageKind::slip, StageKind::localization,
+                                StageKind::slam, StageKind::evaluation})
+    EXPECT_TRUE(forbids(Misread::wires, stage)) << name_of(stage);
+}
+
+TEST_F(Stages, AreTriedWhereWhatWasMisreadIsPutRight) {
+  stage_.forbid(
+      {{Misread::wires, "d/wheels.csv: backwards"}, {Misread::reference, "d/reference.csv: degrees"}});
+  stage_.permit(Misread::wires);
+  EXPECT_TRUE(stage_(StageKind::odometry, [&] { return answer("o.json", "{}"); }).value);
+  EXPECT_FALSE(stage_(StageKind::evaluation, [&] { return answer("e.json", "{}"); }).value);
+}
+
 TEST(Misread, ReferenceForbidsWhatComparesWithIt) {
   EXPECT_TRUE(forbids(Misread::reference, StageKind::calibration));
   EXPECT_TRUE(forbids(Misread::reference, StageKind::evaluation));

@@ -37,6 +37,7 @@ Finding disagreement(const Recording& recording, const Robot& robot) {
   for (std::size_t w = 0; w < robot.wheel_names.size(); ++w) {
     if (with_reversed(w, robot, readings).correlation() <= kMuchBetter) continue;
     const Wheel& wheel = robot.chassis.wheels()[w];
+    finding.code = FindingCode::reversed_counter;
     finding.subjects = {robot.wheel_names[w]};
     finding.payload = payload::Amount{-wheel.ticks_per_revolution};
     if (wheel.ticks_per_revolution == 0.0) {  // what is no count has no sign of its own

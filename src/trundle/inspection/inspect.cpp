@@ -181,6 +181,15 @@ bool is_misreading(const Finding& finding) {
   return std::ranges::find(kMisreadings, finding.code) != kMisreadings.end();
 }
 
+bool is_miswiring(const Finding& finding) {
+  using enum FindingCode;
+  constexpr std::array kMiswirings = {swapped_channels, misplaced_channel,        reversed_counter,
+                                      reversed_wheel,   indistinguishable_wheels, reversed_gyro,
+                                      gyro_sign};
+  return finding.severity == Severity::warning &&
+         std::ranges::find(kMiswirings, finding.code) != kMiswirings.end();
+}
+
 std::vector<Finding> inspect(const Recording& recording, const Robot* robot) {
   if (recording.wheels.time_s.empty()) return {};
   const std::span<const WheelSeries> all = recording.wheels.series;

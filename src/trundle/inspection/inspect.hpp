@@ -21,6 +21,9 @@ std::vector<Finding> inspect(const Recording& recording, const Robot& robot, con
 /// A column, a unit or a clock is not what it was taken for: what else may be found follows from it.
 bool is_misreading(const Finding& finding);
 
+/// A wheel or the gyro has the wrong sign, or a column is another wheel's. A calibration may put it right.
+bool is_miswiring(const Finding& finding);
+
 /// One stream at a glance.
 struct StreamSummary {
   std::string stream;

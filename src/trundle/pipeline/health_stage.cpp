@@ -34,7 +34,7 @@ Misread misread_by(const Finding& problem, const std::vector<Recording>& recordi
                  ? Misread::motion
                  : Misread::other;
     default:
-      return Misread::motion;
+      return is_miswiring(problem) ? Misread::wires : Misread::motion;
   }
 }
 
@@ -70,7 +70,7 @@ Found<HealthCheck> check_health(const RunInputs& inputs) {
       const HealthProblem told = health_problem_of(problem);
       const std::string words = fmt::format("{}: {}", told.place, told.message);
       health.info.problems.push_back(told);
-      if (is_misreading(problem))
+      if (is_misreading(problem) || is_miswiring(problem))
         health.misreadings.push_back({misread_by(problem, inputs.recordings), words});
       if (told.is_warning && !told.is_of_gyro_clock)
         found.remarks.push_back("warning: " + words);

@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "trundle/inspection/findings.hpp"
 #include "trundle/io/file.hpp"
 #include "trundle/io/words.hpp"
 #include "trundle/pipeline/run_results.hpp"
@@ -163,6 +164,14 @@ RunAnswer run_session(const RunInputs& inputs, const CalibratedRobot* calibrated
   return {.record = record, .no_odometry = runs.failure};
 }
 
+/// Signs and columns that are wrong in the robot file as given, and right in the robot that is used.
+bool are_wires_put_right(const HealthCheck& health, const RunInputs& inputs, const Robot& used) {
+  return std::ranges::count(health.misreadings, Misread::wires, &Misreading::what) > 0 &&
+         std::ranges::none_of(inputs.recordings, [&](const Recording& recording) {
+           return std::ranges::any_of(find_in(recording, &used).problems, is_miswiring);
+         });
+}
+
 RunAnswer run_one(const RunInputs& inputs, const ResultFolder& results, const OnProgress& on_progress) {
   RunRecord record = record_of(inputs);
   StageRunner stage(inputs, results, record, on_progress);
@@ -171,10 +180,11 @@ RunAnswer run_one(const RunInputs& inputs, const ResultFolder& results, const On
   if (health.value) stage.forbid(health.value->misreadings);
   const auto calibration = stage(StageKind::calibration, [&] { return calibrate_robot(inputs); });
   if (calibration.value) note(*calibration.value, record);
+  RobotFile robot = calibration.value ? calibration.value->robot : inputs.robot;
+  if (health.value && are_wires_put_right(*health.value, inputs, robot.robot)) stage.permit(Misread::wires);
   if (inputs.is_session())
     return run_session(inputs, value_in(calibration), results, record, stage, on_progress);
 
-  RobotFile robot = calibration.value ? calibration.value->robot : inputs.robot;
   std::optional<std::string> sensor_clock;
   if (health.value)
     sensor_clock = set_sensor_clock(sensor_clock_for(robot.robot, inputs, *health.value), robot.robot);

@@ -61,6 +61,11 @@ void require_sound(const CalibrationResult& calibration) {
       throw CannotAnswer(fmt::format("{} comes out as {} ± {} {}, which is no number; {}", estimate.name,
                                      estimate.value, estimate.sigma_total, estimate.unit, kAdvice));
     const double size = std::abs(estimate.value);
+    if (estimate.parameter.kind == ParameterKind::diameter && estimate.value < 0.0)
+      throw CannotAnswer(
+          fmt::format("{} comes out as {:.4g} m: the wheel counts backwards; turn the sign of its "
+                      "ticks_per_revolution, or its direction_deg",
+                      estimate.name, estimate.value));
     if (estimate.parameter.kind == ParameterKind::diameter &&
         (size < kLeastDiameter_m || size > kGreatestDiameter_m))
       throw CannotAnswer(

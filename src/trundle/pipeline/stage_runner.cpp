@@ -15,6 +15,8 @@ bool forbids(Misread what, StageKind stage) {
   switch (what) {
     case Misread::motion:
       return true;
+    case Misread::wires:
+      return stage != StageKind::calibration;
     case Misread::reference:
       return stage == StageKind::calibration || stage == StageKind::evaluation;
     case Misread::other:

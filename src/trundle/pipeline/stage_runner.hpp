@@ -47,6 +47,7 @@ struct StageResult {
 /// The readings that were misread.
 enum class Misread {
   motion,     ///< of wheels, gyro or velocity: nothing can be determined of the motion
+  wires,      ///< signs or columns of wheels and gyro: the same, until a calibration has put them right
   reference,  ///< what others are compared with
   other,      ///< sightings, or clocks that differ: wheels and gyro alone are right
 };
@@ -99,6 +100,10 @@ class StageRunner {
 
   /// From now on stages that would go by what was misread fail.
   void forbid(std::vector<Misreading> misreadings) { misreadings_ = std::move(misreadings); }
+  /// What was misread has been put right.
+  void permit(Misread what) {
+    std::erase_if(misreadings_, [what](const Misreading& one) { return one.what == what; });
+  }
   /// As WriteNow says, for the stage that is running. Throws CannotWrite, and what `rest` throws.
   OutputFile write_now(OutputFile file);
   /// Gives a file of a stage that is done a further name.

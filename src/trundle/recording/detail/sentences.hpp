@@ -196,8 +196,6 @@ inline constexpr Sentence kSentences[] = {
     {gyro_against_wheels, alone,
      "the wheels do not turn the robot as the gyro sees it turn: is every column that of its wheel, and "
      "time_offset_s of the gyro right?"},
-    {gyro_against_wheels, with<Amount>,
-     "'{subject}' counts backwards, as the gyro shows: write ticks_per_revolution = {value:g}"},
     {gyro_against_wheels, with<Times>,
      "the gyro turns {times} times as far as the wheels with the robot file as given: check y_m (half "
      "the track), ticks_per_revolution, gears and diameters"},
