@@ -164,6 +164,22 @@ TEST(ChannelAssignment, a_gyro_against_the_wheels_is_not_explained_away_without_
   EXPECT_NEAR(track->value, value_of(track->parameter, robot), 4.0 * track->sigma_within);
 }
 
+/// Positions alone do not show which wheel is reversed; the gyro does.
+TEST(ChannelAssignment, a_wheel_that_counts_backwards_by_the_gyro_is_named_and_not_estimated) {
+  const Robot robot = differential_with_gyro();
+  auto runs = test::recorded(robot, robot, test::differential_paths(), 12);
+  for (Recording& run : runs) {
+    std::ranges::fill(run.reference.heading_rad, kNotMeasured);
+    for (double& count : counts(run, 1)) count = -count;
+  }
+  try {
+    calibrate(runs, {}, robot);
+    FAIL() << "a wheel of the wrong sign was estimated";
+  } catch (const CannotAnswer& reason) {
+    EXPECT_THAT(reason.what(), HasSubstr("'right' counts backwards, as the gyro shows"));
+  }
+}
+
 TEST(ChannelAssignment, a_gyro_against_wheels_and_reference_is_turned_round_and_said) {
   const Robot robot = differential_with_gyro();
   const CalibrationResult result = calibrate(runs_with_contrary_gyro(robot, 11), {}, robot);

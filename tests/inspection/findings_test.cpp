@@ -93,6 +93,55 @@ TEST(Findings, a_louder_gyro_is_named_at_any_rate) {
     }
 }
 
+/// A leg, and 0.4 s later a turn: seen by a wheel that counts backwards the leg is the turn.
+Recording legs_and_turns(const Robot& robot) {
+  const Pace pace{.forward_m_s = 0.3, .turn_rad_s = 1.2, .rest_s = 0.0};
+  std::vector<Path> pieces;
+  for (int n = 0; n < 25; ++n) {
+    pieces.push_back(pause(1.0 + 0.13 * (n % 7)));
+    pieces.push_back(straight(0.12, pace));
+    pieces.push_back(turn_on_the_spot(0.48, pace));
+  }
+  Scenario scenario;
+  scenario.nominal = scenario.truth = robot;
+  for (const Path& piece : pieces) std::ranges::copy(piece, std::back_inserter(scenario.path));
+  scenario.steering = Steering::truth;
+  scenario.reference.rate_hz = 10.0;
+  return simulate(scenario).recording;
+}
+
+/// What a wheel that counts backwards makes of the motion is no measure of clocks, lengths and landmarks.
+TEST(Findings, a_wheel_that_counts_backwards_is_the_only_fault) {
+  const Robot robot = robot_with_gyro(0.0);
+  const Recording recording = legs_and_turns(robot);
+  EXPECT_THAT(find_in(recording, &robot).problems, IsEmpty());
+  Robot reversed = robot;
+  reversed.chassis.wheels()[0].ticks_per_revolution *= -1.0;
+  const Findings findings = find_in(recording, &reversed);
+  EXPECT_THAT(findings.problems, ElementsAre(finding(FindingCode::reversed_counter, "counts backwards")));
+  EXPECT_FALSE(findings.gyro_time_offset);
+  EXPECT_FALSE(findings.reference_time_offset);
+}
+
+/// Curves of one sense, by which a wheel that counts backwards passes for wheels of another size.
+TEST(Findings, a_wheel_that_counts_backwards_is_told_from_a_size) {
+  Scenario scenario;
+  scenario.nominal = scenario.truth = robot_with_gyro(0.0);
+  scenario.path = joined({pause(2.0), circle(1.0, 0.5, TurnSense::ccw), straight(1.0),
+                          circle(0.5, 1.0, TurnSense::ccw), straight(1.0)});
+  const Recording recording = simulate(scenario).recording;
+  for (const std::size_t wheel : {0U, 1U}) {
+    Robot reversed = scenario.nominal;
+    reversed.chassis.wheels()[wheel].ticks_per_revolution *= -1.0;
+    EXPECT_THAT(find_in(recording, &reversed).problems,
+                ElementsAre(finding(FindingCode::reversed_counter, "counts backwards")));
+  }
+  Robot geared = scenario.nominal;
+  for (Wheel& wheel : geared.chassis.wheels()) wheel.ticks_per_revolution *= 4.0;
+  EXPECT_THAT(find_in(recording, &geared).problems,
+              ElementsAre(finding(FindingCode::gyro_against_wheels, "times as far as the wheels")));
+}
+
 TEST(Findings, wheels_in_one_place_are_named) {
   Robot robot = robot_with_gyro(0.0);
   const Recording recording = tour(robot);

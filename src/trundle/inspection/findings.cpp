@@ -94,15 +94,23 @@ void compare_times(const Findings& findings, const Recording& recording, std::ve
                           .payload = payload::Spans{first.start_s, first.end_s, other.start_s, other.end_s}});
 }
 
-/// Columns that do not belong to the wheels whose names they bear. Returns whether there are any.
-bool compare_channels(const Recording& recording, const Run& run, const Robot& robot, Findings& findings) {
+bool is_shown_by_gyro(FindingCode code) {
+  return code == FindingCode::gyro_sign || code == FindingCode::reversed_counter ||
+         code == FindingCode::reversed_wheel;
+}
+
+/// Columns that do not belong to the wheels whose names they bear. The reference shows it better than the
+/// gyro.
+void compare_channels(const Recording& recording, const Run& run, const Robot& robot,
+                      std::vector<Finding>& problems) {
   ChannelAssignment channels = check_channels(recording, run, robot);
+  if (!channels.faults.empty())
+    std::erase_if(problems, [](const Finding& p) { return is_miswiring(p) && is_shown_by_gyro(p.code); });
   for (std::vector<Finding>* const found : {&channels.faults, &channels.ambiguous})
     for (Finding& finding : *found) {
       finding.place = recording.wheels.origin.file;
-      findings.problems.push_back(std::move(finding));
+      problems.push_back(std::move(finding));
     }
-  return !channels.faults.empty();
 }
 
 /// How far the robot turns by its gyro or else by the reference, forth and back both counted [rad].
@@ -198,15 +206,14 @@ std::vector<Finding> folded(const std::vector<Finding>& problems) {
   return result;
 }
 
-/// One cause is told once: the reference knows better than the gyro, and wires before sizes.
-void drop_consequences(bool are_misassigned, std::vector<Finding>& problems) {
+/// One cause is told once: wires before sizes, and sizes by the reference before those by the gyro.
+void drop_consequences(std::vector<Finding>& problems) {
   const auto forget = [&](FindingCode code) {
     std::erase_if(problems, [&](const Finding& problem) { return problem.code == code; });
   };
-  if (are_misassigned) forget(FindingCode::scale);
-  if (!are_misassigned && !warns_of(FindingCode::scale, problems)) return;
-  forget(FindingCode::gyro_sign);
-  forget(FindingCode::gyro_against_wheels);
+  const bool are_miswired = std::ranges::any_of(problems, is_miswiring);
+  if (are_miswired) forget(FindingCode::scale);
+  if (are_miswired || warns_of(FindingCode::scale, problems)) forget(FindingCode::gyro_against_wheels);
 }
 
 /// Of a recording that is held against more than its own sensors: what for all readings are needed at once.
@@ -262,16 +269,18 @@ void compare(const Recording& recording, const Robot& robot, Findings& findings)
   find_mirrored_reference(recording, robot, findings.problems);
   find_one_column_for_two(recording, *overview, robot, findings.problems);
   const std::optional<Compared> all = compared(recording, robot);
+  if (all && all->run) compare_references(recording, *all->run, robot, findings.problems);
+  if (all && all->run && !is_misread(findings) && robot.chassis.wheel_count > 0)
+    compare_channels(recording, *all->run, robot, findings.problems);
+  drop_consequences(findings.problems);
+  // A clock, a length and a landmark are told by the motion, which wrong wires make another.
+  if (std::ranges::any_of(findings.problems, is_miswiring)) return;
   if (all) {
     append(findings.problems, wrong_partial_reference(recording, robot, all->readings()));
     if (const auto wrong = wrong_sightings(recording, robot, all->readings()))
       findings.problems.push_back(*wrong);
-    if (all->run) compare_references(recording, *all->run, robot, findings.problems);
   }
   if (is_misread(findings)) return;
-  const bool are_misassigned = all && all->run && robot.chassis.wheel_count > 0 &&
-                               compare_channels(recording, *all->run, robot, findings);
-  drop_consequences(are_misassigned, findings.problems);
   compare_all_clocks(recording, *overview, all, robot, findings);
   find_tracks(recording, robot, findings);
 }

@@ -1,7 +1,9 @@
 #include "trundle/inspection/detail/gyro_checks.hpp"
 
 #include <cmath>
+#include <utility>
 
+#include "trundle/calibration/preparation/reversed_wheel.hpp"
 #include "trundle/odometry/gyro_noise.hpp"
 #include "trundle/odometry/rest.hpp"
 #include "trundle/recording/alignment/align.hpp"
@@ -19,34 +21,15 @@ bool looks_like_degrees(double ratio, const Robot& robot) {
          ratio > degrees / (has_skid_wheels(robot.chassis) ? kScrub : kTrackIsKnown);
 }
 
-/// Turns as they would be if a wheel counted the other way.
-PairedSums with_reversed(std::size_t wheel, const Robot& robot, AlignedReadings readings) {
-  for (std::size_t i = 0; i < readings.increments.size(); ++i) {
-    Increment increment = readings.increments[i];
-    increment.turned[wheel] = -increment.turned[wheel];
-    readings.increments.set(i, increment);
-  }
-  return turns_of_gyro(robot, readings);
-}
-
-/// Turns that do not agree at all: of one wheel that counts the other way, or nobody knows why.
-Finding disagreement(const Recording& recording, const Robot& robot) {
-  constexpr double kMuchBetter = 0.9;  // correlation: 81 % of the variance, not the 25 % of kTurnsAgree
-  Finding finding{.code = FindingCode::gyro_against_wheels, .place = recording.wheels.origin.file};
-  const AlignedReadings readings = align(recording, robot);
-  for (std::size_t w = 0; w < robot.wheel_names.size(); ++w) {
-    if (with_reversed(w, robot, readings).correlation() <= kMuchBetter) continue;
-    const Wheel& wheel = robot.chassis.wheels()[w];
-    finding.code = FindingCode::reversed_counter;
-    finding.subjects = {robot.wheel_names[w]};
-    finding.payload = payload::Amount{-wheel.ticks_per_revolution};
-    if (wheel.ticks_per_revolution == 0.0) {  // what is no count has no sign of its own
-      finding.code = FindingCode::reversed_wheel;
-      finding.payload = payload::Amount{degrees(wrap_angle(wheel.direction_rad + kPi))};
-    }
-    break;
-  }
-  return finding;
+/// What is no count has no sign of its own: that wheel's direction is the other one.
+Finding reversal(std::size_t index, const Recording& recording, const Robot& robot) {
+  const Wheel& wheel = robot.chassis.wheels()[index];
+  const bool counts = wheel.ticks_per_revolution != 0.0;
+  return {.code = counts ? FindingCode::reversed_counter : FindingCode::reversed_wheel,
+          .place = recording.wheels.origin.file,
+          .subjects = {robot.wheel_names[index]},
+          .payload = payload::Amount{counts ? -wheel.ticks_per_revolution
+                                            : degrees(wrap_angle(wheel.direction_rad + kPi))}};
 }
 
 }  // namespace
@@ -81,19 +64,19 @@ std::optional<Finding> louder_gyro(const Recording& recording, const Robot& robo
 void compare_gyro(const Recording& recording, const Robot& robot, const Overview& overview,
                   std::vector<Finding>& problems) {
   constexpr double kMuchTurning = 1.0;  // [rad], root of the sum of squares
-  constexpr double kFarOff = 1.8;       // slip makes less of it, wheels that scrub more
   const auto pairs = if_enough(overview.turns);
-  if (!pairs) return;
-  const double slope = pairs->slope();
-  if (pairs->correlation() < -kTurnsAgree)
+  if (!pairs || turns_agree(*pairs, robot)) return;
+  Finding contrary{.code = FindingCode::gyro_against_wheels, .place = recording.wheels.origin.file};
+  if (const auto wheel = reversed_wheel(*pairs, align(recording, robot), robot))
+    problems.push_back(reversal(*wheel, recording, robot));
+  else if (pairs->correlation() < -kTurnsAgree)
     problems.push_back({.code = FindingCode::gyro_sign, .place = recording.gyro.origin.file});
   else if (pairs->correlation() < kTurnsAgree && pairs->lesser() > kMuchTurning)
-    problems.push_back(disagreement(recording, robot));
-  else if (pairs->correlation() > kTurnsAgree && !has_skid_wheels(robot.chassis) &&
-           (slope > kFarOff || slope < 1.0 / kFarOff))
-    problems.push_back({.code = FindingCode::gyro_against_wheels,
-                        .place = recording.wheels.origin.file,
-                        .payload = payload::Times{slope}});
+    problems.push_back(std::move(contrary));
+  else if (pairs->correlation() > kTurnsAgree) {
+    contrary.payload = payload::Times{pairs->slope()};
+    problems.push_back(std::move(contrary));
+  }
 }
 
 }  // namespace trundle::inspection

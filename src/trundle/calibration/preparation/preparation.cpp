@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "trundle/calibration/preparation/initial_scale.hpp"
+#include "trundle/calibration/preparation/reversed_wheel.hpp"
 #include "trundle/calibration/preparation/sense_of_turning.hpp"
 #include "trundle/calibration/preparation/sensor_heading.hpp"
 #include "trundle/calibration/preparation/velocity_lag.hpp"
@@ -110,6 +111,20 @@ void turn_gyro_by_positions(std::span<const Recording> recordings, ChannelAssign
   robot.chassis.gyro->scale = -robot.chassis.gyro->scale;
   channels.faults.push_back(
       {.code = FindingCode::reversed_gyro, .payload = payload::Amount{robot.chassis.gyro->scale}});
+}
+
+/// A fit would make wheels of a sign that is wrong, and diameters of what is none.
+void require_no_reversed_wheel(std::span<const Recording> recordings, std::span<const Run> runs,
+                               const Robot& robot) {
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const auto turns = comparable_turns(recordings[i], robot, runs[i].readings);
+    const auto wheel = turns ? reversed_wheel(*turns, runs[i].readings, robot) : std::nullopt;
+    if (wheel)
+      throw CannotAnswer(
+          fmt::format("run {}: '{}' counts backwards, as the gyro shows: turn the sign of its "
+                      "ticks_per_revolution, or its direction_deg",
+                      runs[i].name, robot.wheel_names[*wheel]));
+  }
 }
 
 /// A fit would take one of two explanations, and a robot mirrored in its own middle is one of them: what only
@@ -229,6 +244,7 @@ Preparation prepare(std::span<const Recording> recordings, const Robot& given,
   if (!options.frees_reference_clock)
     ready.reference_clock = set_shared_reference_clock(ready.runs, ready.start, ready.channels.robot);
   if (ready.reference_clock) ready.runs = prepare_runs(recordings, ready.start);
+  require_no_reversed_wheel(recordings, ready.runs, ready.start);
   require_one_sense_of_turning(recordings, ready.runs, ready.start);
   ready.silent = leave_out_silent(ready.start, ready.runs);
   ready.sensor_heading = set_sensor_heading(ready.runs, ready.start);
