@@ -15,18 +15,8 @@
 namespace trundle::inspection {
 namespace {
 
-constexpr double kSeenTurning_rad = 0.5;  // root of the sum of squares: far more than a bias sums up to
-constexpr double kAgreeRead = 0.9;        // correlation: 81 % of the variance
-constexpr double kDisagreeRead = 0.3;     // 9 %
-
-/// The turns by the wheels and by what else sees them; nothing where that hardly turns.
-std::optional<PairedSums> turns_beside(const Recording& recording, const Robot& robot,
-                                       const PairedSums& by_gyro) {
-  if (std::sqrt(by_gyro.yy) > kSeenTurning_rad) return by_gyro;
-  if (recording.reference.time_s.size() < 2) return std::nullopt;
-  const PairedSums pairs = turns_of_reference(recording.reference, align(recording, robot), robot);
-  return std::sqrt(pairs.yy) > kSeenTurning_rad ? std::optional(pairs) : std::nullopt;
-}
+constexpr double kAgreeRead = 0.9;     // correlation: 81 % of the variance
+constexpr double kDisagreeRead = 0.3;  // 9 %
 
 double agreement(const PairedSums& pairs) {
   return pairs.xx > 0.0 ? std::abs(pairs.correlation()) : 0.0;

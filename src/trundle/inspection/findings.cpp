@@ -15,6 +15,7 @@
 #include "trundle/inspection/detail/reference_checks.hpp"
 #include "trundle/inspection/partial_reference_checks.hpp"
 #include "trundle/inspection/sighting_checks.hpp"
+#include "trundle/inspection/steering_unit.hpp"
 #include "trundle/io/error.hpp"
 
 namespace trundle::inspection {
@@ -257,10 +258,11 @@ void compare(const Recording& recording, const Robot& robot, Findings& findings)
   if (is_misread(findings)) return;
   const std::optional<Overview> overview = overview_if_possible(recording, robot);
   if (overview)
-    if (const auto counts = counts_read_otherwise(recording, robot, *overview)) {
-      findings.problems.push_back(*counts);
-      return;
-    }
+    for (const auto read_otherwise : {wrong_steering_unit, counts_read_otherwise})
+      if (const auto problem = read_otherwise(recording, robot, *overview)) {
+        findings.problems.push_back(*problem);
+        return;
+      }
   append(findings.problems, overview ? inspect(recording, robot, *overview) : inspect(recording, &robot));
   if (!overview)
     findings.abilities = {

@@ -176,8 +176,8 @@ bool is_of_gyro(FindingCode code) {
 
 bool is_misreading(const Finding& finding) {
   using enum FindingCode;
-  constexpr std::array kMisreadings = {time_unit, increments,     not_increments, clocks,
-                                       gyro_unit, reference_unit, reference_axes, fractions};
+  constexpr std::array kMisreadings = {time_unit,     increments,     not_increments, clocks,   gyro_unit,
+                                       steering_unit, reference_unit, reference_axes, fractions};
   return std::ranges::find(kMisreadings, finding.code) != kMisreadings.end();
 }
 

@@ -8,6 +8,8 @@
 #include "trundle/calibration/export.hpp"
 #include "trundle/inspection/inspect.hpp"
 #include "trundle/inspection/same_data.hpp"
+#include "trundle/inspection/steering_unit.hpp"
+#include "trundle/io/error.hpp"
 #include "trundle/pipeline/sound.hpp"
 #include "trundle/report/calibration_json.hpp"
 #include "trundle/report/json_text.hpp"
@@ -26,6 +28,14 @@ Provenance provenance_of(std::span<const Recording> training, std::span<const Re
   for (const std::string& name : options.fix) provenance.options.emplace_back("fix", name);
   if (options.learn_noise) provenance.options.emplace_back("learn_noise", "true");
   return provenance;
+}
+
+/// A fit would make a wheelbase of angles in another unit.
+void require_steering_in_its_unit(std::span<const Recording> training, const Robot& robot) {
+  if (!is_steered(robot.chassis)) return;
+  for (const Recording& recording : training)
+    if (const auto problem = wrong_steering_unit(recording, robot, overview_of(recording, robot)))
+      throw CannotAnswer(problem->place + ": " + describe(*problem));
 }
 
 /// What is learned from a log that was read wrongly is nonsense: that comes before all else.
@@ -57,6 +67,7 @@ void warn_of_copies(std::span<const Recording> training, std::span<const Recordi
 
 CalibrationAnswer answer_calibration(std::span<const Recording> training, std::span<const Recording> hold_out,
                                      const RobotFile& nominal, const CalibrateOptions& options) {
+  require_steering_in_its_unit(training, nominal.robot);
   CalibrationAnswer answer{.provenance = provenance_of(training, hold_out, nominal, options),
                            .result = calibrate(training, hold_out, nominal.robot, options)};
   require_sound(answer.result);
@@ -69,6 +80,7 @@ CalibrationAnswer answer_calibration(std::span<const Recording> training, std::s
 CalibrationAnswer answer_landmark_calibration(std::span<const Recording> training,
                                               std::span<const Recording> hold_out, const RobotFile& nominal,
                                               const CalibrateOptions& options) {
+  require_steering_in_its_unit(training, nominal.robot);
   CalibrationAnswer answer{.provenance = provenance_of(training, hold_out, nominal, options),
                            .result = calibrate_from_landmarks(training, hold_out, nominal.robot, options)};
   answer.provenance.options.emplace_back("landmarks", "true");

@@ -55,6 +55,7 @@ Arguments common_arguments(const Finding& finding) {
   arguments.add("other", subjects.size() < 2 ? std::string() : subjects[1]);
   arguments.add("subjects", joined(subjects, "", " and ")).add("quoted", joined(subjects, "'", " and "));
   arguments.add("verb_s", subjects.size() == 1 ? "s" : "").add("have", subjects.size() == 1 ? "has" : "have");
+  arguments.add("are", subjects.size() == 1 ? "is" : "are");
   return arguments;
 }
 

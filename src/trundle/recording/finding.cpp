@@ -27,6 +27,7 @@ constexpr std::pair<FindingCode, std::string_view> kNames[] = {
     {FindingCode::range_unit, "range unit"},
     {FindingCode::reference_unit, "reference unit"},
     {FindingCode::gyro_unit, "gyro unit"},
+    {FindingCode::steering_unit, "steering unit"},
     {FindingCode::increments, "increments"},
     {FindingCode::not_increments, "increments"},
     {FindingCode::fractions, "fractions"},

@@ -35,6 +35,7 @@ enum class FindingCode {
   range_unit,
   reference_unit,
   gyro_unit,
+  steering_unit,
   increments,         ///< counts that do not add up: each is a difference
   not_increments,     ///< counts that add up already, though recording.toml calls them increments
   fractions,          ///< counts that are none

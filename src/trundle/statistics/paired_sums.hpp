@@ -19,6 +19,8 @@ struct PairedSums {
   /// y for one of x.
   double slope() const { return xy / xx; }
   double correlation() const { return xy / std::sqrt(xx * yy); }
+  /// The same with y turned round, where it goes against x.
+  PairedSums in_one_sense() const { return {xx, yy, std::abs(xy)}; }
   /// How much there is of the one of which there is less: root of its sum of squares.
   double lesser() const { return std::sqrt(std::min(xx, yy)); }
 };

@@ -110,6 +110,15 @@ inline constexpr Sentence kSentences[] = {
     {gyro_unit, with<Share>,
      "the gyro turns {factor:.2g} of what the wheels do, where radians taken for degrees would make it 1/57: "
      "leave out unit = \"deg/s\""},
+    {steering_unit, with<Amount>,
+     "{subject} points to all sides, up to {value:.4g} rad, as no wheel beside one that is not steered does: "
+     "of "
+     "degrees, recording.toml can say unit = \"deg\" at {subject}"},
+    {steering_unit, with<Times>,
+     "the wheels turn the robot as it turns if {subjects} {are} of degrees: write unit = \"deg\" there in "
+     "recording.toml"},
+    {steering_unit, with<Share>,
+     "the wheels turn the robot as it turns if {subjects} {are} of radians: leave out unit = \"deg\" there"},
     {increments, with<Range>,
      "{subjects} stay{verb_s} between {low:g} and {high:g} and go up and down from row to row, like counts "
      "since the row before, not like counters that go on: write increments = true under [wheels] in "

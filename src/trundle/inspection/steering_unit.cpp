@@ -1,0 +1,114 @@
+#include "trundle/inspection/steering_unit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "trundle/calibration/preparation/reversed_wheel.hpp"
+#include "trundle/chassis/rows.hpp"
+#include "trundle/chassis/without_wheel.hpp"
+#include "trundle/geometry/angle.hpp"
+#include "trundle/inspection/reference_turns.hpp"
+#include "trundle/io/error.hpp"
+#include "trundle/recording/csv/detail/streams.hpp"
+
+namespace trundle::inspection {
+namespace {
+
+bool is_in_radians(const WheelSeries& steering) {
+  return steering.unit == WheelUnit::radians;
+}
+
+bool shows_turns(const Chassis& chassis) {
+  return observability(rows_of(chassis, false)).rank == 3;
+}
+
+/// Whether the wheels would turn the robot as what else sees it turn, the angles being so many times as
+/// large.
+bool agrees_if_times(double factor, const Recording& recording, const Robot& robot) {
+  constexpr double kAgree = 0.9;  // correlation: 81 % of the variance
+  Recording reread = recording;
+  for (WheelSeries& steering : reread.wheels.steering)
+    if (is_in_radians(steering))
+      for (double& angle : steering.value) angle *= factor;
+  try {
+    const auto turns = turns_beside(reread, robot, overview_of(reread, robot).turns);
+    return turns && std::abs(turns->correlation()) > kAgree && turns_agree(turns->in_one_sense(), robot);
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+/// How many angles lie outside of the arc in which most lie, wherever its middle is: a reading's zero is
+/// anywhere.
+std::size_t outside_of_an_arc(std::vector<double> angles, double arc_rad) {
+  std::erase_if(angles, [](double angle) { return std::isnan(angle); });
+  for (double& angle : angles) angle = wrap_angle(angle);
+  std::ranges::sort(angles);
+  const std::size_t n = angles.size();
+  std::size_t most = 0;
+  for (std::size_t first = 0, end = 0; first < n; ++first) {
+    const auto at = [&](std::size_t i) { return i < n ? angles[i] : angles[i - n] + 2.0 * kPi; };
+    while (end < first + n && at(end) <= angles[first] + arc_rad) ++end;
+    most = std::max(most, end - first);
+  }
+  return n - most;
+}
+
+/// No wheel beside one that rolls straight ahead is steered to all sides, as angles in degrees would have it.
+std::optional<Finding> all_round(const Recording& recording, const Robot& robot) {
+  constexpr double kArc_rad = 4.8;       // from side to side, and the same driving back
+  constexpr double kShare = 0.02;        // of readings, that noise does not put there
+  constexpr double kHalfTurn_rad = 3.3;  // where angles begin again, and no farther
+  const auto is_straight = [](const Wheel& wheel) {
+    return wheel.kind == WheelKind::fixed && !wheel.steering;
+  };
+  if (std::ranges::none_of(robot.chassis.all_wheels(), is_straight)) return std::nullopt;
+  for (const WheelSeries& steering : recording.wheels.steering) {
+    if (!is_in_radians(steering)) continue;
+    double farthest_rad = 0.0;
+    for (const double angle : steering.value) farthest_rad = std::fmax(farthest_rad, std::abs(angle));
+    const auto outside = static_cast<double>(outside_of_an_arc(steering.value, kArc_rad));
+    if (farthest_rad < kHalfTurn_rad || outside < kShare * static_cast<double>(steering.value.size()))
+      continue;
+    return Finding{.code = FindingCode::steering_unit,
+                   .place = recording.wheels.origin.file,
+                   .subjects = {steering_column_name(steering)},
+                   .payload = payload::Amount{farthest_rad}};
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> columns_in_radians(const Recording& recording) {
+  std::vector<std::string> names;
+  for (const WheelSeries& steering : recording.wheels.steering)
+    if (is_in_radians(steering)) names.push_back(steering_column_name(steering));
+  return names;
+}
+
+}  // namespace
+
+std::optional<Finding> wrong_steering_unit(const Recording& recording, const Robot& robot,
+                                           const Overview& overview) {
+  const std::vector<std::string> columns = columns_in_radians(recording);
+  if (columns.empty()) return std::nullopt;
+  const std::optional<PairedSums> turns =
+      shows_turns(robot.chassis) ? turns_beside(recording, robot, overview.turns) : std::nullopt;
+  if (!turns) return all_round(recording, robot);
+  if (turns_agree(*turns, robot)) {  // or those of the wheels that are not steered do
+    const std::optional<Chassis> others = without_steering(robot.chassis);
+    return others && shows_turns(*others) ? all_round(recording, robot) : std::nullopt;
+  }
+  Finding finding{
+      .code = FindingCode::steering_unit, .place = recording.wheels.origin.file, .subjects = columns};
+  const double degree = kPi / 180.0;
+  if (agrees_if_times(degree, recording, robot))
+    finding.payload = payload::Times{degree};
+  else if (agrees_if_times(1.0 / degree, recording, robot))
+    finding.payload = payload::Share{1.0 / degree};
+  else
+    return all_round(recording, robot);
+  return finding;
+}
+
+}  // namespace trundle::inspection

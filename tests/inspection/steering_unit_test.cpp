@@ -1,0 +1,101 @@
+// Angles of steered wheels that are read in another unit, or the wrong way round.
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include "trundle/inspection/findings.hpp"
+#include "trundle/simulation/scenario.hpp"
+
+namespace trundle::inspection {
+namespace {
+
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+/// With a gyro where it is to show the turns.
+Robot robot_of(std::string_view kind, bool has_gyro) {
+  const WheelSize size{.diameter_m = 0.2, .ticks_per_revolution = 2000.0};
+  const SteeringSensor steering{.sigma_rad = 0.005, .time_offset_s = -0.025};
+  Robot robot;
+  robot.name = kind;
+  robot.chassis =
+      kind == "tricycle" ? tricycle(size, 0.6, steering) : ackermann(size, 0.4, 0.6, 0.0, steering);
+  for (std::size_t i = 0; i < robot.chassis.wheels().size(); ++i)
+    robot.wheel_names.push_back(fmt::format("w{}", i));
+  for (int i = 0; i < robot.chassis.passive_count; ++i) robot.passive_names.push_back(fmt::format("p{}", i));
+  if (has_gyro) robot.chassis.gyro = Gyro{};
+  return robot;
+}
+
+/// Straight on, curves both ways, back.
+Recording drive(const Robot& robot) {
+  Scenario scenario;
+  scenario.nominal = scenario.truth = robot;
+  for (const double sense : {1.0, -1.0})
+    for (const auto& [length_m, radius_m] :
+         {std::pair{3.0, 1e6}, {9.0, 1.5}, {3.0, 4.5}, {-2.0, 1e6}, {-3.0, -3.0}})
+      scenario.path.push_back({{length_m, 0.0, sense * length_m / radius_m}, std::abs(length_m) / 0.8});
+  scenario.steering = Steering::truth;
+  scenario.reference.rate_hz = 10.0;
+  return simulate(scenario).recording;
+}
+
+/// What is wrong by the wheels' readings, in words.
+std::vector<std::string> faults_of(const Recording& recording, const Robot& robot) {
+  std::vector<std::string> words;
+  for (const Finding& problem : find_in(recording, &robot).problems)
+    if (problem.severity == Severity::warning) words.push_back(describe(problem));
+  return words;
+}
+
+enum class Outside { none, positions, headings };
+
+Recording with_outside(Recording recording, Outside outside) {
+  if (outside == Outside::none) recording.reference = {};
+  if (outside == Outside::positions)
+    std::ranges::fill(recording.reference.heading_rad, recording::kNotMeasured);
+  return recording;
+}
+
+void multiply_angles(double factor, Recording& recording) {
+  for (WheelSeries& steering : recording.wheels.steering)
+    for (double& angle : steering.value) angle *= factor;
+}
+
+/// Whatever else is measured.
+TEST(SteeringUnit, degrees_that_were_taken_for_radians_are_named) {
+  for (const char* kind : {"tricycle", "car"})
+    for (const bool has_gyro : {false, true})
+      for (const Outside outside : {Outside::none, Outside::positions, Outside::headings}) {
+        const Robot robot = robot_of(kind, has_gyro);
+        Recording recording = with_outside(drive(robot), outside);
+        EXPECT_THAT(faults_of(recording, robot), Not(Contains(HasSubstr("steering")))) << kind << has_gyro;
+        multiply_angles(180.0 / kPi, recording);
+        EXPECT_THAT(faults_of(recording, robot), ElementsAre(HasSubstr("unit = \"deg\"")))
+            << kind << has_gyro << static_cast<int>(outside);
+      }
+}
+
+TEST(SteeringUnit, radians_that_were_taken_for_degrees_are_named) {
+  const Robot robot = robot_of("tricycle", true);
+  Recording recording = drive(robot);
+  multiply_angles(kPi / 180.0, recording);
+  EXPECT_THAT(faults_of(recording, robot), ElementsAre(HasSubstr("leave out unit = \"deg\"")));
+}
+
+/// Where a steering has its zero is nothing of its unit.
+TEST(SteeringUnit, of_a_steering_whose_zero_is_elsewhere_is_left_alone) {
+  const Robot robot = robot_of("tricycle", false);
+  Recording recording = with_outside(drive(robot), Outside::none);
+  for (WheelSeries& steering : recording.wheels.steering)
+    for (double& angle : steering.value) angle = wrap_angle(angle + 3.0);
+  EXPECT_THAT(faults_of(recording, robot), IsEmpty());
+}
+
+}  // namespace
+}  // namespace trundle::inspection
