@@ -269,6 +269,23 @@ TEST(Findings, a_reference_in_another_unit_of_length_is_named) {
       }
 }
 
+/// Neither hides the other.
+TEST(Findings, a_reference_in_millimetres_and_a_wheel_that_counts_backwards_are_named_both) {
+  for (const Robot& robot : {test::two_wheels(), robot_with_gyro(0.0)})
+    for (const bool has_headings : {true, false}) {
+      if (!has_headings && !robot.chassis.gyro) continue;  // positions alone do not show which wheel
+      Recording recording = tour_with_reference(robot);
+      for (auto* column : {&recording.reference.x_m, &recording.reference.y_m})
+        for (double& place : *column) place *= 1e3;
+      if (!has_headings) std::ranges::fill(recording.reference.heading_rad, kNotMeasured);
+      for (double& count : recording.wheels.series[1].value) count *= -1.0;
+      EXPECT_THAT(find_in(recording, &robot).problems,
+                  ElementsAre(finding(FindingCode::reference_unit, "(unit = \"mm\""),
+                              finding(FindingCode::reversed_counter, "'right' counts backwards")))
+          << has_headings;
+    }
+}
+
 TEST(Findings, wheels_that_are_far_off_by_the_reference_are_named) {
   const Recording recording = tour_with_reference(test::two_wheels());
   Robot robot = test::two_wheels();

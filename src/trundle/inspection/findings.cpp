@@ -100,18 +100,34 @@ bool is_shown_by_gyro(FindingCode code) {
          code == FindingCode::reversed_wheel;
 }
 
+/// What the gyro shows of wheels.
+void turn_around_as_shown(const std::vector<Finding>& problems, Robot& robot) {
+  for (const Finding& problem : problems) {
+    if (!is_miswiring(problem) || problem.subjects.empty()) continue;
+    const auto named = std::ranges::find(robot.wheel_names, problem.subjects.front());
+    if (named == robot.wheel_names.end()) continue;
+    Wheel& wheel = robot.chassis.wheels()[static_cast<std::size_t>(named - robot.wheel_names.begin())];
+    if (problem.code == FindingCode::reversed_counter) wheel.ticks_per_revolution *= -1.0;
+    if (problem.code == FindingCode::reversed_wheel) wheel.direction_rad += kPi;
+  }
+}
+
 /// Columns that do not belong to the wheels whose names they bear. The reference shows it better than the
-/// gyro.
-void compare_channels(const Recording& recording, const Run& run, const Robot& robot,
-                      std::vector<Finding>& problems) {
-  ChannelAssignment channels = check_channels(recording, run, robot);
-  if (!channels.faults.empty())
+/// gyro. Returns the robot with its channels as they are shown.
+Robot compare_channels(const Recording& recording, const Run* run, const Robot& robot,
+                       std::vector<Finding>& problems) {
+  ChannelAssignment channels =
+      run != nullptr ? check_channels(recording, *run, robot) : check_channels({&recording, 1}, robot);
+  if (channels.faults.empty())
+    turn_around_as_shown(problems, channels.robot);
+  else
     std::erase_if(problems, [](const Finding& p) { return is_miswiring(p) && is_shown_by_gyro(p.code); });
   for (std::vector<Finding>* const found : {&channels.faults, &channels.ambiguous})
     for (Finding& finding : *found) {
       finding.place = recording.wheels.origin.file;
       problems.push_back(std::move(finding));
     }
+  return channels.robot;
 }
 
 /// How far the robot turns by its gyro or else by the reference, forth and back both counted [rad].
@@ -213,7 +229,6 @@ void drop_consequences(std::vector<Finding>& problems) {
     std::erase_if(problems, [&](const Finding& problem) { return problem.code == code; });
   };
   const bool are_miswired = std::ranges::any_of(problems, is_miswiring);
-  if (are_miswired) forget(FindingCode::scale);
   if (are_miswired || warns_of(FindingCode::scale, problems)) forget(FindingCode::gyro_against_wheels);
 }
 
@@ -250,6 +265,26 @@ void compare_all_clocks(const Recording& recording, const Overview& overview,
     if (problem) findings.problems.push_back(*problem);
 }
 
+/// How many times as far the reference moves, which wrong wires make another number.
+bool is_of_length(const Finding& problem) {
+  return std::holds_alternative<payload::LengthRatio>(problem.payload) &&
+         (problem.code == FindingCode::reference_unit || problem.code == FindingCode::scale);
+}
+
+/// Units of the reference, and wires; where these are wrong, lengths as they show with the right ones.
+void compare_wires(const Recording& recording, const Run* run, const Robot& robot, Findings& findings) {
+  std::vector<Finding>& problems = findings.problems;
+  if (run != nullptr) compare_references(recording, *run, robot, problems);
+  const bool hides_wires =
+      std::ranges::any_of(problems, [](const Finding& p) { return is_misreading(p) && !is_of_length(p); });
+  if (hides_wires || robot.chassis.wheel_count == 0) return drop_consequences(problems);
+  const Robot wired = compare_channels(recording, run, robot, problems);
+  drop_consequences(problems);
+  if (run == nullptr || std::ranges::none_of(problems, is_miswiring)) return;
+  std::erase_if(problems, is_of_length);
+  compare_references(recording, prepare_run(recording, wired), wired, problems);
+}
+
 void compare(const Recording& recording, const Robot& robot, Findings& findings) {
   findings.abilities = abilities_of(robot, robot.chassis.gyro && !recording.gyro.time_s.empty());
   find_wheels_in_one_place(robot, findings.problems);
@@ -271,10 +306,7 @@ void compare(const Recording& recording, const Robot& robot, Findings& findings)
   find_mirrored_reference(recording, robot, findings.problems);
   find_one_column_for_two(recording, *overview, robot, findings.problems);
   const std::optional<Compared> all = compared(recording, robot);
-  if (all && all->run) compare_references(recording, *all->run, robot, findings.problems);
-  if (all && all->run && !is_misread(findings) && robot.chassis.wheel_count > 0)
-    compare_channels(recording, *all->run, robot, findings.problems);
-  drop_consequences(findings.problems);
+  compare_wires(recording, all && all->run ? &*all->run : nullptr, robot, findings);
   // A clock, a length and a landmark are told by the motion, which wrong wires make another.
   if (std::ranges::any_of(findings.problems, is_miswiring)) return;
   if (all) {

@@ -56,18 +56,28 @@ struct Misfit {
   bool is_reversed() const { return reversed < as_is; }
 };
 
+/// The motion where lengths are so many times as large.
+Vector3 scaled(const Vector3& motion, double times) {
+  return {times * motion.x(), times * motion.y(), motion.z()};
+}
+
 using Misfits = std::array<std::array<Misfit, kMaxWheels>, kMaxWheels>;
 
-Misfits misfits_of(const std::vector<ReadMotion>& motions, const Chassis& chassis) {
+/// What the reference's lengths and the wheels' are multiplied by.
+struct Scale {
+  double reference = 1.0, wheels = 1.0;
+};
+
+Misfits misfits_of(const std::vector<ReadMotion>& motions, const Chassis& chassis, const Scale& scale) {
   const auto wheels = chassis.wheels();
   double size = 0.0;
   Misfits misfits{};
   for (const ReadMotion& motion : motions)
     for (std::size_t i = 0; i < wheels.size(); ++i) {
-      const double expected = rolling_row(wheels[i]).dot(motion.by_reference);
+      const double expected = rolling_row(wheels[i]).dot(scaled(motion.by_reference, scale.reference));
       size += expected * expected / static_cast<double>(wheels.size());
       for (std::size_t j = 0; j < wheels.size(); ++j) {
-        const double read = kPi * wheels[i].diameter_m * motion.sum.turned[j];
+        const double read = scale.wheels * kPi * wheels[i].diameter_m * motion.sum.turned[j];
         misfits[i][j].as_is += (read - expected) * (read - expected);
         misfits[i][j].reversed += (read + expected) * (read + expected);
       }
@@ -104,6 +114,38 @@ Places best_places(std::size_t wheels, const Misfits& misfits) {
       smallest = cost;
       best = columns;
     }
+  return best;
+}
+
+/// With which all wheels together read as much as they should, whichever is which: a reference in another
+/// unit, or wheels of another size.
+std::array<Scale, 2> scales_of(const std::vector<ReadMotion>& motions, const Chassis& chassis) {
+  double read = 0.0;
+  Eigen::Matrix2d expected = Eigen::Matrix2d::Zero();  // of ways and turns
+  for (const ReadMotion& motion : motions)
+    for (std::size_t i = 0; i < chassis.wheels().size(); ++i) {
+      const Wheel& wheel = chassis.wheels()[i];
+      const double by_turn = rolling_row(wheel).dot(scaled(motion.by_reference, 0.0));
+      const Vector2 parts(rolling_row(wheel).dot(motion.by_reference) - by_turn, by_turn);
+      expected += parts * parts.transpose();
+      read += std::pow(kPi * wheel.diameter_m * motion.sum.turned[i], 2);
+    }
+  const double a = expected(0, 0), b = expected(0, 1), c = expected(1, 1) - read;  // a s² + 2 b s + c = 0
+  return {Scale{.reference = (std::sqrt(std::max(b * b - a * c, 0.0)) - b) / a},
+          Scale{.wheels = std::sqrt(expected.sum() / read)}};
+}
+
+/// Sizes say nothing of wires: misfits as they are, or with the scale that leaves far less of them.
+Misfits misfits_of(const std::vector<ReadMotion>& motions, const Chassis& chassis) {
+  const auto cost = [&](const Misfits& misfits) {
+    return cost_of(best_places(chassis.wheels().size(), misfits), misfits);
+  };
+  Misfits best = misfits_of(motions, chassis, {});
+  for (const Scale& scale : scales_of(motions, chassis)) {
+    if (!std::isfinite(scale.reference * scale.wheels)) continue;
+    const Misfits misfits = misfits_of(motions, chassis, scale);
+    if (cost(misfits) < kFarLess * cost(best)) best = misfits;
+  }
   return best;
 }
 

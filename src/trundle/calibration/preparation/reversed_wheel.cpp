@@ -7,9 +7,9 @@ namespace {
 
 // Root of the sum of squares: far more than a bias sums up to.
 constexpr double kMuchTurning_rad = 1.0;
-constexpr double kFarOff = 1.8;      // slip makes less of a turn
-constexpr double kMuchBetter = 0.9;  // correlation: 81 % of the variance, not the 25 % of kTurnsAgree
-constexpr double kFarLess = 0.25;    // of the variance that wheels as they are leave unexplained
+constexpr double kOtherTurn = 1.8;      // slip makes less of a turn
+constexpr double kAgreeReversed = 0.9;  // correlation: 81 % of the variance, not the 25 % of kTurnsAgree
+constexpr double kLeft = 0.25;          // of the variance that wheels as they are leave unexplained
 
 /// Turns as they would be if a wheel counted the other way.
 PairedSums with_reversed(std::size_t wheel, const Robot& robot, const AlignedReadings& readings) {
@@ -35,7 +35,7 @@ double unexplained(const PairedSums& turns) {
 bool turns_agree(const PairedSums& turns, const Robot& robot) {
   const double slope = turns.slope();
   return turns.correlation() > kTurnsAgree &&
-         (has_skid_wheels(robot.chassis) || (slope < kFarOff && slope > 1.0 / kFarOff));
+         (has_skid_wheels(robot.chassis) || (slope < kOtherTurn && slope > 1.0 / kOtherTurn));
 }
 
 std::optional<std::size_t> reversed_wheel(const PairedSums& turns, const AlignedReadings& readings,
@@ -43,8 +43,8 @@ std::optional<std::size_t> reversed_wheel(const PairedSums& turns, const Aligned
   if (turns_agree(turns, robot) || turns.lesser() < kMuchTurning_rad) return std::nullopt;
   for (std::size_t wheel = 0; wheel < robot.chassis.wheels().size(); ++wheel) {
     const PairedSums otherwise = with_reversed(wheel, robot, readings);
-    if (otherwise.correlation() > kMuchBetter && turns_agree(otherwise, robot) &&
-        unexplained(otherwise) < kFarLess * unexplained(turns))
+    if (otherwise.correlation() > kAgreeReversed && turns_agree(otherwise, robot) &&
+        unexplained(otherwise) < kLeft * unexplained(turns))
       return wheel;
   }
   return std::nullopt;
