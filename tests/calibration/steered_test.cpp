@@ -1,4 +1,5 @@
 // Robots with steered wheels: simulated ones, whose truth is known, and a real tricycle.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -51,6 +52,37 @@ TEST(Steered, intervals_of_a_car_hold) {
 TEST(Steered, intervals_of_a_swerve_hold) {
   TRUNDLE_NOT_UNDER_SANITIZERS();
   expect_intervals_to_hold("swerve", false, 24);
+}
+
+std::vector<Recording> with_reversed_steering(const Robot& robot, bool has_headings) {
+  std::vector<Recording> runs;
+  for (const std::uint64_t seed : {1, 2}) {
+    Recording run = simulated_drive(robot, rich_drive(1.0), seed);
+    for (auto& steering : run.wheels.steering)
+      for (double& angle : steering.value) angle = -angle;
+    if (!has_headings) std::ranges::fill(run.reference.heading_rad, recording::kNotMeasured);
+    runs.push_back(std::move(run));
+  }
+  return runs;
+}
+
+TEST(Steered, a_steering_that_is_reversed_is_put_right) {
+  const Robot robot = steered_robot("tricycle");
+  const CalibrationResult result = calibrate(with_reversed_steering(robot, true), {}, robot);
+  EXPECT_THAT(result.warnings,
+              testing::Contains(testing::HasSubstr("steering_scale = -1; already compensated")));
+  EXPECT_NEAR(result.calibrated.chassis.wheels()[0].steering->scale, -1.0, 0.02);
+}
+
+/// A fit finds a zero on the other side.
+TEST(Steered, a_path_that_positions_show_mirrored_is_refused) {
+  const Robot robot = steered_robot("tricycle");
+  try {
+    calibrate(with_reversed_steering(robot, false), {}, robot);
+    FAIL() << "a steering of the wrong sign was estimated away";
+  } catch (const CannotAnswer& reason) {
+    EXPECT_THAT(reason.what(), testing::HasSubstr("bends the other way than the wheels are steered"));
+  }
 }
 
 TEST(Steered, circles_of_one_radius_do_not_show_wheelbase_and_scale_apart) {

@@ -97,5 +97,23 @@ TEST(SteeringUnit, of_a_steering_whose_zero_is_elsewhere_is_left_alone) {
   EXPECT_THAT(faults_of(recording, robot), IsEmpty());
 }
 
+TEST(SteeringSense, that_is_reversed_is_named) {
+  for (const char* kind : {"tricycle", "car"})
+    for (const Outside outside : {Outside::positions, Outside::headings}) {
+      const Robot robot = robot_of(kind, false);
+      Recording recording = with_outside(drive(robot), outside);
+      multiply_angles(-1.0, recording);
+      EXPECT_THAT(faults_of(recording, robot), ElementsAre(HasSubstr("steering_scale")))
+          << kind << static_cast<int>(outside);
+    }
+}
+
+TEST(SteeringSense, of_a_wheel_that_counts_backwards_is_right) {
+  const Robot robot = robot_of("tricycle", false);
+  Recording recording = drive(robot);
+  for (double& angle : recording.wheels.series[0].value) angle *= -1.0;
+  EXPECT_THAT(faults_of(recording, robot), ElementsAre(HasSubstr("counts backwards")));
+}
+
 }  // namespace
 }  // namespace trundle::inspection

@@ -279,6 +279,7 @@ void compare_wires(const Recording& recording, const Run* run, const Robot& robo
       std::ranges::any_of(problems, [](const Finding& p) { return is_misreading(p) && !is_of_length(p); });
   if (hides_wires || robot.chassis.wheel_count == 0) return drop_consequences(problems);
   const Robot wired = compare_channels(recording, run, robot, problems);
+  if (run != nullptr) find_mirrored_path(recording, *run, robot, problems);
   drop_consequences(problems);
   if (run == nullptr || std::ranges::none_of(problems, is_miswiring)) return;
   std::erase_if(problems, is_of_length);

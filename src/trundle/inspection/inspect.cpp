@@ -183,9 +183,9 @@ bool is_misreading(const Finding& finding) {
 
 bool is_miswiring(const Finding& finding) {
   using enum FindingCode;
-  constexpr std::array kMiswirings = {swapped_channels, misplaced_channel,        reversed_counter,
-                                      reversed_wheel,   indistinguishable_wheels, reversed_gyro,
-                                      gyro_sign};
+  constexpr std::array kMiswirings = {
+      swapped_channels,         misplaced_channel, reversed_counter,  reversed_wheel,
+      indistinguishable_wheels, reversed_gyro,     reversed_steering, gyro_sign};
   return finding.severity == Severity::warning &&
          std::ranges::find(kMiswirings, finding.code) != kMiswirings.end();
 }

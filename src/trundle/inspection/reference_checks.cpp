@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "trundle/calibration/preparation/initial_scale.hpp"
+#include "trundle/calibration/preparation/sense_of_turning.hpp"
 #include "trundle/chassis/rows.hpp"
 #include "trundle/inspection/mirrored_reference.hpp"
 #include "trundle/inspection/reference_turns.hpp"
@@ -61,6 +62,17 @@ void find_wrong_time_unit(const Recording& recording, std::span<const StreamSumm
       problems.push_back({.code = FindingCode::time_unit,
                           .place = recording.reference.origin.file,
                           .payload = payload::StampStep{median_step(t), unit}});
+}
+
+void find_mirrored_path(const Recording& recording, const Run& run, const Robot& robot,
+                        std::vector<Finding>& problems) {
+  if (!is_steered(robot.chassis) || run.reference.has_headings() ||
+      std::ranges::any_of(problems, is_miswiring) || !positions_bend_against_wheels({&run, 1}, robot))
+    return;
+  Finding mirrored{.code = FindingCode::reversed_steering, .place = recording.wheels.origin.file};
+  for (std::size_t i = 0; i < robot.chassis.all_wheels().size(); ++i)
+    if (robot.chassis.all_wheels()[i].steering) mirrored.subjects.push_back(wheel_name(robot, i));
+  problems.push_back(std::move(mirrored));
 }
 
 void compare_references(const Recording& recording, const Run& run, const Robot& robot,

@@ -12,6 +12,9 @@ namespace {
 
 constexpr std::string_view kAdvice = "a reading, a noise or a start is out of all proportion";
 
+/// Of a wheelbase: nobody measures it five times too long, or to the other side.
+constexpr double kLeastShareOfPlace = 0.2;
+
 template <class Covariance>
 bool is_sound(const Covariance& covariance) {
   return covariance.allFinite() && covariance.diagonal().minCoeff() >= 0.0;
@@ -77,6 +80,12 @@ void require_sound(const CalibrationResult& calibration) {
           fmt::format("track comes out as {:.2g} m, which no robot has: the wheels do not show "
                       "the turns; is each column that of its wheel?",
                       estimate.value));
+    if (estimate.parameter.kind == ParameterKind::place_x &&
+        estimate.value * estimate.nominal < kLeastShareOfPlace * estimate.nominal * estimate.nominal)
+      throw CannotAnswer(
+          fmt::format("{} comes out as {:.4g} m, where the robot file has {:.4g}: is a steering reversed "
+                      "(the sign of its steering_scale), or in degrees?",
+                      estimate.name, estimate.value, estimate.nominal));
     const bool is_scale = estimate.parameter.kind == ParameterKind::velocity_forward_scale ||
                           estimate.parameter.kind == ParameterKind::velocity_yaw_scale;
     if (is_scale && (size < kLeastVelocityScale || size > kGreatestVelocityScale))

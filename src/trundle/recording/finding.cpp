@@ -57,6 +57,7 @@ constexpr std::pair<FindingCode, std::string_view> kNames[] = {
     {FindingCode::reversed_counter, "wiring"},
     {FindingCode::reversed_wheel, "wiring"},
     {FindingCode::reversed_gyro, "wiring"},
+    {FindingCode::reversed_steering, "wiring"},
     {FindingCode::parallel_wheels, "wiring"},
     {FindingCode::indistinguishable_wheels, "wiring"},
     {FindingCode::scale, "scale"},

@@ -69,6 +69,7 @@ enum class FindingCode {
   reversed_counter,          ///< of a wheel that is recorded in counts
   reversed_wheel,            ///< of one that is recorded otherwise
   reversed_gyro,             ///< it is mounted upside down
+  reversed_steering,         ///< angles count clockwise
   parallel_wheels,           ///< no run shows whether their channels are swapped
   indistinguishable_wheels,  ///< these runs do not show it
   scale,

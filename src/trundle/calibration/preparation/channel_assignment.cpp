@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "trundle/calibration/preparation/steering_sense.hpp"
 #include "trundle/chassis/rows.hpp"
 
 namespace trundle::calibration {
@@ -244,11 +245,30 @@ void check_gyro(const std::vector<ReadMotion>& motions, const Robot& given, Chan
   channels.faults.push_back({.code = FindingCode::reversed_gyro, .payload = payload::Amount{-gyro.scale}});
 }
 
+/// Which column is whose does not show there: a steered wheel's sum says nothing without its course.
+ChannelAssignment check_steered(std::span<const Run> runs, std::span<const Recording> recordings,
+                                const Robot& robot) {
+  ChannelAssignment channels{robot, {}, {}};
+  const ReversedWheels reversed = reversed_wheels_of_steered(runs, robot);
+  for (const std::size_t i : reversed.counters)
+    turn_around(i, in_ticks(recordings, robot.wheel_names[i]), channels);
+  for (const std::size_t i : reversed.steerings) {
+    double& scale = channels.robot.chassis.all_wheels()[i].steering->scale;
+    scale = -scale;
+    channels.faults.push_back({.code = FindingCode::reversed_steering,
+                               .subjects = {wheel_name(robot, i)},
+                               .payload = payload::Amount{scale}});
+  }
+  std::vector<ReadMotion> motions;
+  for (const Run& run : runs) add_motions(run, robot, motions);
+  if (motions.size() >= kFewestMotions) check_gyro(motions, robot, channels);
+  return channels;
+}
+
 ChannelAssignment compare(const std::vector<ReadMotion>& motions, std::span<const Recording> recordings,
                           const Robot& robot) {
   ChannelAssignment channels{robot, {}, {}};
-  const bool compares = motions.size() >= kFewestMotions && !is_steered(robot.chassis);
-  if (!compares) return channels;  // a steered wheel's sum says nothing without its course
+  if (motions.size() < kFewestMotions) return channels;
   check_wheels(motions, recordings, robot, channels);
   check_gyro(motions, robot, channels);
   if (channels.faults.empty()) name_ambiguous_pairs(motions, channels);
@@ -258,14 +278,18 @@ ChannelAssignment compare(const std::vector<ReadMotion>& motions, std::span<cons
 }  // namespace
 
 ChannelAssignment check_channels(std::span<const Recording> recordings, const Robot& robot) {
-  std::vector<ReadMotion> motions;
+  std::vector<Run> runs;
   for (const Recording& recording : recordings)
-    if (robot.chassis.wheel_count > 0 && !recording.reference.time_s.empty())
-      add_motions(prepare_run(recording, robot), robot, motions);
+    if (robot.chassis.wheel_count > 0 && (is_steered(robot.chassis) || !recording.reference.time_s.empty()))
+      runs.push_back(prepare_run(recording, robot));
+  if (is_steered(robot.chassis)) return check_steered(runs, recordings, robot);
+  std::vector<ReadMotion> motions;
+  for (const Run& run : runs) add_motions(run, robot, motions);
   return compare(motions, recordings, robot);
 }
 
 ChannelAssignment check_channels(const Recording& recording, const Run& run, const Robot& robot) {
+  if (is_steered(robot.chassis)) return check_steered({&run, 1}, {&recording, 1}, robot);
   std::vector<ReadMotion> motions;
   add_motions(run, robot, motions);
   return compare(motions, std::span(&recording, 1), robot);

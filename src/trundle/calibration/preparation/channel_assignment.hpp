@@ -19,7 +19,8 @@ struct ChannelAssignment {
 /// Compares what every wheel read with what each place on the chassis should have read while the reference
 /// moved: swapped ports, wheels that count backwards, a gyro upside down. These are errors of the order of
 /// the readings themselves, far from what calibration may correct. Without a reference trajectory with
-/// headings the robot is left as it is. docs/theory/dead-wheels.md. Throws as align() does.
+/// headings the robot is left as it is, but for a steering that wheels which are not steered contradict.
+/// docs/theory/dead-wheels.md. Throws as align() does.
 ChannelAssignment check_channels(std::span<const Recording> recordings, const Robot& robot);
 /// The same of one recording that prepare_run() made ready.
 ChannelAssignment check_channels(const Recording& recording, const Run& run, const Robot& robot);

@@ -127,6 +127,17 @@ void require_no_reversed_wheel(std::span<const Recording> recordings, std::span<
   }
 }
 
+/// A fit would find a steering's zero on the other side: its angles are mirrored there.
+void require_steering_as_the_path_bends(std::span<const Run> runs, const Robot& robot) {
+  const auto has_headings = [](const Run& run) { return run.reference.has_headings(); };
+  if (is_steered(robot.chassis) && std::ranges::none_of(runs, has_headings) &&
+      positions_bend_against_wheels(runs, robot))
+    throw CannotAnswer(
+        "the references' path bends the other way than the wheels are steered: if the steering is "
+        "reversed turn the sign of its steering_scale; if all wheels count backwards that of "
+        "ticks_per_revolution: positions alone do not show which");
+}
+
 /// A fit would take one of two explanations, and a robot mirrored in its own middle is one of them: what only
 /// somebody who looks at the robot can determine is not decided here.
 void require_one_sense_of_turning(std::span<const Recording> recordings, std::span<const Run> runs,
@@ -245,6 +256,7 @@ Preparation prepare(std::span<const Recording> recordings, const Robot& given,
     ready.reference_clock = set_shared_reference_clock(ready.runs, ready.start, ready.channels.robot);
   if (ready.reference_clock) ready.runs = prepare_runs(recordings, ready.start);
   require_no_reversed_wheel(recordings, ready.runs, ready.start);
+  require_steering_as_the_path_bends(ready.runs, ready.start);
   require_one_sense_of_turning(recordings, ready.runs, ready.start);
   ready.silent = leave_out_silent(ready.start, ready.runs);
   ready.sensor_heading = set_sensor_heading(ready.runs, ready.start);

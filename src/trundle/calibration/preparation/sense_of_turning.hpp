@@ -10,4 +10,7 @@ namespace trundle::calibration {
 /// way of a gyro that turns the other way. False where they do not show it.
 [[nodiscard]] bool positions_bend_as_wheels_turn(std::span<const Run> runs, const Robot& robot);
 
+/// Whether they clearly bend the other way.
+[[nodiscard]] bool positions_bend_against_wheels(std::span<const Run> runs, const Robot& robot);
+
 }  // namespace trundle::calibration

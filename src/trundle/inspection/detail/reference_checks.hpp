@@ -16,6 +16,10 @@ void find_wrong_time_unit(const Recording& recording, std::span<const StreamSumm
 void compare_references(const Recording& recording, const Run& run, const Robot& robot,
                         std::vector<Finding>& problems);
 
+/// Positions alone that bend the other way than the wheels are steered.
+void find_mirrored_path(const Recording& recording, const Run& run, const Robot& robot,
+                        std::vector<Finding>& problems);
+
 /// Of robots that roll where they look, the reference against itself.
 void find_mirrored_reference(const Recording& recording, const Robot& robot, std::vector<Finding>& problems);
 

@@ -222,6 +222,12 @@ inline constexpr Sentence kSentences[] = {
      "recording.toml right, or the wheels in the robot file"},
     {reversed_counter, with<Amount>, "'{subject}' counts backwards: ticks_per_revolution = {value:.10g}"},
     {reversed_wheel, with<Amount>, "'{subject}' reads backwards: direction_deg = {value:.6g}"},
+    {reversed_steering, alone,
+     "the reference's path bends the other way than {quoted} {have} it: turn the sign of steering_scale if "
+     "the "
+     "steering is reversed, or of ticks_per_revolution if all wheels count backwards"},
+    {reversed_steering, with<Amount>,
+     "the steering of '{subject}' is reversed: steering_scale = {value:.6g}"},
     {reversed_gyro, with<Amount>, "the gyro is mounted upside down: scale = {value:.6g}"},
     {parallel_wheels, alone,
      "'{subject}' and '{other}' cannot be distinguished by any run: they roll along the same line"},
