@@ -316,5 +316,18 @@ TEST(GyroNoise, comes_from_where_the_robot_rests) {
   EXPECT_FALSE(found->bias_walk_rad_s_sqrt_s);
 }
 
+/// A stamp in whole milliseconds.
+TEST(Rate, of_stamps_that_are_rounded_is_that_of_the_stream) {
+  Recording recording;
+  for (int row = 0; row < 3000; ++row) {
+    recording.gyro.time_s.push_back(std::round(1e3 * row / 30.0) / 1e3 + (row < 1500 ? 0.0 : 20.0));
+    recording.gyro.yaw_rate_rad_s.push_back(0.0);
+  }
+  const std::vector<StreamSummary> streams = summaries_of(recording);
+  ASSERT_EQ(streams.size(), 1);
+  EXPECT_NEAR(streams[0].rate_hz, 30.0, 0.01) << "20 s of a gap are none of it";
+  EXPECT_EQ(streams[0].gaps, 1);
+}
+
 }  // namespace
 }  // namespace trundle::inspection

@@ -31,7 +31,7 @@ struct StreamSummary {
   std::size_t rows = 0;
   double start_s = 0.0;
   double end_s = 0.0;
-  double rate_hz = 0.0;  ///< one over the median step; 0: unknown
+  double rate_hz = 0.0;  ///< without gaps; 0: unknown
   std::size_t gaps = 0;  ///< steps longer than max(0.5 s, 5 median steps)
   double longest_step_s = 0.0;
 };
@@ -42,7 +42,7 @@ std::vector<StreamSummary> summaries_of(const Recording& recording);
 struct SteeringSummary {
   std::string wheel;
   bool in_ticks = false;
-  double rate_hz = 0.0;  ///< of its readings: one over the median step; 0: unknown
+  double rate_hz = 0.0;  ///< of its readings, without gaps; 0: unknown
   double least = 0.0;
   double greatest = 0.0;
   double fastest_per_s = 0.0;          ///< change from one reading to the next, the short way round

@@ -9,6 +9,21 @@
 namespace trundle::inspection {
 namespace {
 
+/// Steps in a second, without gaps; 0: unknown. Not by their median: stamps in whole milliseconds hold 33 ms
+/// for 30 Hz, and now and then 34.
+double rate_hz_of(const std::vector<double>& time_s) {
+  const double longest_s = longest_step(time_s);
+  double duration_s = 0.0;
+  std::size_t steps = 0;
+  for (std::size_t row = 1; row < time_s.size(); ++row) {
+    const double step_s = time_s[row] - time_s[row - 1];
+    if (step_s > longest_s) continue;
+    duration_s += step_s;
+    ++steps;
+  }
+  return duration_s > 0.0 ? static_cast<double>(steps) / duration_s : 0.0;
+}
+
 void add(std::vector<StreamSummary>& summaries, StreamKind kind, const std::vector<double>& time_s,
          bool regular) {
   if (time_s.empty()) return;
@@ -17,8 +32,7 @@ void add(std::vector<StreamSummary>& summaries, StreamKind kind, const std::vect
   summary.rows = time_s.size();
   summary.start_s = time_s.front();
   summary.end_s = time_s.back();
-  const double median_s = median_step(time_s);
-  if (regular && median_s > 0.0) summary.rate_hz = 1.0 / median_s;
+  if (regular) summary.rate_hz = rate_hz_of(time_s);
   const double longest_s = longest_step(time_s);
   for (std::size_t row = 1; row < time_s.size(); ++row) {
     const double step_s = time_s[row] - time_s[row - 1];
@@ -66,7 +80,7 @@ SteeringSummary summary_of(const WheelSeries& series, const WheelStream& wheels,
   const auto [least, greatest] = std::ranges::minmax(reading);
   summary.least = least;
   summary.greatest = greatest;
-  if (const double step_s = median_step(time_s); step_s > 0.0) summary.rate_hz = 1.0 / step_s;
+  summary.rate_hz = rate_hz_of(time_s);
   if (!at_rest.empty()) summary.at_rest = median(at_rest);
   return summary;
 }
