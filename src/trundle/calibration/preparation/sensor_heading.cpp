@@ -109,6 +109,8 @@ SensorPlace sensor_place(const CalibrationProblem& problem, const Estimate& esti
         .unobservable =
             "reference.x, reference.y, reference.heading: not observable from these runs, for all wheels' "
             "places are estimated: these are as right as [reference_sensor] of the robot file"};
+  // Where and how a sideways wheel stands makes up for where the sensor does: the score says nothing.
+  if (!owes_headings_to_wheels(problem.nominal)) return {};
   const CalibrationProblem wider = with_sensor_pose(problem);
   const Information all = total_information(likelihood_at(estimate, wider), estimate.robot);
   const Eigen::VectorXd sigma = prior_sigmas(wider.parameters, problem.nominal);
