@@ -25,7 +25,6 @@ inline constexpr double kReferencePosition_m = 0.002;
 inline constexpr double kReferenceHeading_rad = 0.005;
 inline constexpr double kReferenceRate_hz = 5.0;
 inline constexpr double kRest_s = 5.0;
-inline constexpr double kLongestStep_s = 0.01;  // of the motion, whatever the rate of the rows
 inline constexpr double kSightingRate_hz = 2.0;
 inline constexpr double kRange_m = 0.03, kBearing_rad = 0.02;  // 1σ of a sighting
 inline constexpr double kFarthest_m = 4.0;                     // that is seen
@@ -156,8 +155,7 @@ class Drive {
   }
 
   Recording record() {
-    const auto parts = static_cast<int>(std::ceil(1.0 / (conditions_.rate_hz * kLongestStep_s)));
-    const double row_s = 1.0 / conditions_.rate_hz, dt = row_s / parts;
+    const double dt = 1.0 / conditions_.rate_hz;
     const double rest_s = conditions_.rests ? kRest_s : 0.0;
     const double end_s = conditions_.duration_s + 2.0 * rest_s;
     const auto steps = static_cast<int>(std::lround(end_s * conditions_.rate_hz));
@@ -167,24 +165,21 @@ class Drive {
     read(0.0, 0.0);
     if (!conditions_.landmarks) measure(0.0);
     for (int i = 1; i <= steps; ++i) {
-      const double time_s = i * row_s;
+      const double time_s = i * dt;
       const bool drives = time_s > rest_s && time_s < end_s - rest_s;
       if ((i - 1) % per_second == 0) choose();
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double share = 1.0 - std::exp(-dt / 0.2);
+        now_[k] = drives ? now_[k] + share * (wanted_[k] - now_[k]) : 0.0;
+      }
       const double middle_s = 0.5 * end_s;
       const bool slips = time_s > middle_s && time_s <= middle_s + 0.5;
-      turned_ = 0.0;
-      for (int part = 0; part < parts; ++part) {
-        for (std::size_t k = 0; k < 3; ++k) {
-          const double share = 1.0 - std::exp(-dt / 0.2);
-          now_[k] = drives ? now_[k] + share * (wanted_[k] - now_[k]) : 0.0;
-        }
-        step(dt, slips ? conditions_.slip_m * dt / 0.5 : 0.0);
-      }
-      read(time_s, row_s);
+      step(dt, slips ? conditions_.slip_m * dt / 0.5 : 0.0);
+      read(time_s, dt);
       if (conditions_.landmarks && i % per_sighting == 0) see(time_s);
       if (!conditions_.landmarks && i % per_reference == 0) measure(time_s);
     }
-    mean_bias_ = bias_sum_ / (steps * parts);
+    mean_bias_ = bias_sum_ / steps;
     return recording_;
   }
   /// Over the run [rad/s].
@@ -201,23 +196,22 @@ class Drive {
   }
 
   void step(double dt, double slip_m) {
-    const double turn = now_[2] * dt;
-    turned_ += turn;
+    turned_ = now_[2] * dt;
     const double dx = now_[0] * dt;
     double dy = now_[1] * dt;
     if (!machine_.moves_sideways)
       dy += normal(machine_.nominal.chassis.noise.lateral_per_sqrt_m * std::sqrt(dx));
     for (std::size_t i = 0; i < travel_.size(); ++i) {
       const Roller& r = machine_.rollers[i];
-      const double s = std::cos(r.direction_rad) * dx + std::sin(r.direction_rad) * dy + r.lever_m * turn;
+      const double s = std::cos(r.direction_rad) * dx + std::sin(r.direction_rad) * dy + r.lever_m * turned_;
       travel_[i] += s + normal(kWheelNoise * std::sqrt(std::abs(s)));
     }
     travel_[0] += slip_m;
-    const double h = 0.5 * turn, sinc = std::abs(h) < 1e-6 ? 1.0 : std::sin(h) / h;
+    const double h = 0.5 * turned_, sinc = std::abs(h) < 1e-6 ? 1.0 : std::sin(h) / h;
     const double c = std::cos(heading_ + h), s = std::sin(heading_ + h);
     x_ += sinc * (c * dx - s * dy);
     y_ += sinc * (s * dx + c * dy);
-    heading_ += turn;
+    heading_ += turned_;
     bias_ += normal(conditions_.bias_walk * std::sqrt(dt));
     bias_sum_ += bias_;
   }
