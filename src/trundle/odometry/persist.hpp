@@ -16,6 +16,8 @@ void persist_increment(Archive& archive, Increment& increment) {
           increment.shaking_m_s2, increment.steering_rad);
 }
 
+static_assert(sizeof(OdometerState) == 3160, "another size is another format in io/checkpoint.cpp");
+
 /// Plain numbers, without gaps between them.
 template <class Archive, class State>
 void persist_odometer_state(Archive& archive, State& state) {
