@@ -308,6 +308,11 @@ void put(const Files& files, const std::filesystem::path& folder) {
   write_file(folder / "mine.toml", files.robot);
 }
 
+Outcome run_of(const Files& files, const Sample& sample) {
+  put(files, sample.folder());
+  return run_program(sample.folder(), {"run", "mine", "--robot", "mine.toml", "-o", "d"});
+}
+
 TEST(NewcomersFolder, WithoutRecordingTomlSaysWhichTablesAreThereAndWhatIsMissing) {
   Files files = drive();
   files.recording.clear();
@@ -445,8 +450,7 @@ TEST(NewcomersRun, TellsNothingOfWhatIsMisread) {
   Files files = drive();
   replace(files.recording, "increments = true\n", "");
   const Sample sample;
-  put(files, sample.folder());
-  const Outcome outcome = run_program(sample.folder(), {"run", "mine", "--robot", "mine.toml", "-o", "d"});
+  const Outcome outcome = run_of(files, sample);
   EXPECT_EQ(outcome.exit_code, 4) << outcome.out;
   EXPECT_THAT(outcome.out, testing::ContainsRegex("odometry +failed +not done: mine/recording.toml:1: "));
   EXPECT_THAT(outcome.err, HasSubstr("write increments = true under [wheels]"));
@@ -460,8 +464,7 @@ TEST(NewcomersRun, TellsNothingOfAWheelThatNobodyTurnsRound) {
                         files.recording.find("[gyro]") - files.recording.find("[reference]"));
   replace(files.robot, "1000", "-1000");
   const Sample sample;
-  put(files, sample.folder());
-  const Outcome outcome = run_program(sample.folder(), {"run", "mine", "--robot", "mine.toml", "-o", "d"});
+  const Outcome outcome = run_of(files, sample);
   EXPECT_EQ(outcome.exit_code, 4) << outcome.out;
   EXPECT_THAT(outcome.out, testing::ContainsRegex("odometry +failed +not done: .*'left' counts backwards"));
   EXPECT_FALSE(std::filesystem::exists(sample.folder() / "d"));
@@ -471,8 +474,7 @@ TEST(NewcomersRun, GoesOnWithAWheelThatTheCalibrationTurnsRound) {
   Files files = drive();
   replace(files.robot, "1000", "-1000");
   const Sample sample;
-  put(files, sample.folder());
-  const Outcome outcome = run_program(sample.folder(), {"run", "mine", "--robot", "mine.toml", "-o", "d"});
+  const Outcome outcome = run_of(files, sample);
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("'left' counts backwards: ticks_per_revolution = 1000; already"));
   EXPECT_THAT(outcome.out, testing::ContainsRegex("odometry +done "));
@@ -483,8 +485,7 @@ TEST(NewcomersRun, StillTellsWhatTheMisreadingDoesNotTouch) {
   Files files = drive();
   replace(files.recording, "rad = 4", "rad = { column = 4, unit = \"deg\" }");
   const Sample sample;
-  put(files, sample.folder());
-  const Outcome outcome = run_program(sample.folder(), {"run", "mine", "--robot", "mine.toml", "-o", "d"});
+  const Outcome outcome = run_of(files, sample);
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, testing::ContainsRegex("calibration +failed +not done: "));
   EXPECT_THAT(outcome.out, testing::ContainsRegex("odometry +done "));
@@ -511,8 +512,7 @@ TEST(NewcomersRun, NotesTheOffsetThatItCorrected) {
   Files files = drive();
   files.robot += "time_offset_s = 0.3\n";
   const Sample sample;
-  put(files, sample.folder());
-  const Outcome outcome = run_program(sample.folder(), {"run", "mine", "--robot", "mine.toml", "-o", "d"});
+  const Outcome outcome = run_of(files, sample);
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("note: corrected: gyro.time_offset_s "));
   EXPECT_THAT(outcome.out, Not(HasSubstr("write time_offset_s")));

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "trundle/calibration/preparation/channel_assignment.hpp"
+#include "trundle/calibration/preparation/reversed_wheel.hpp"
 #include "trundle/chassis/rows.hpp"
 #include "trundle/inspection/clocks.hpp"
 #include "trundle/inspection/counts_read_otherwise.hpp"
@@ -106,9 +107,9 @@ void turn_around_as_shown(const std::vector<Finding>& problems, Robot& robot) {
     if (!is_miswiring(problem) || problem.subjects.empty()) continue;
     const auto named = std::ranges::find(robot.wheel_names, problem.subjects.front());
     if (named == robot.wheel_names.end()) continue;
-    Wheel& wheel = robot.chassis.wheels()[static_cast<std::size_t>(named - robot.wheel_names.begin())];
-    if (problem.code == FindingCode::reversed_counter) wheel.ticks_per_revolution *= -1.0;
-    if (problem.code == FindingCode::reversed_wheel) wheel.direction_rad += kPi;
+    const auto wheel = static_cast<std::size_t>(named - robot.wheel_names.begin());
+    if (problem.code == FindingCode::reversed_counter) turn_around(wheel, true, robot);
+    if (problem.code == FindingCode::reversed_wheel) turn_around(wheel, false, robot);
   }
 }
 

@@ -21,15 +21,12 @@ bool looks_like_degrees(double ratio, const Robot& robot) {
          ratio > degrees / (has_skid_wheels(robot.chassis) ? kScrub : kTrackIsKnown);
 }
 
-/// What is no count has no sign of its own: that wheel's direction is the other one.
-Finding reversal(std::size_t index, const Recording& recording, const Robot& robot) {
-  const Wheel& wheel = robot.chassis.wheels()[index];
-  const bool counts = wheel.ticks_per_revolution != 0.0;
-  return {.code = counts ? FindingCode::reversed_counter : FindingCode::reversed_wheel,
-          .place = recording.wheels.origin.file,
-          .subjects = {robot.wheel_names[index]},
-          .payload = payload::Amount{counts ? -wheel.ticks_per_revolution
-                                            : degrees(wrap_angle(wheel.direction_rad + kPi))}};
+/// Of a wheel in counts those; what is no count has no sign of its own.
+Finding reversal(std::size_t wheel, const Recording& recording, Robot robot) {
+  const bool in_ticks = robot.chassis.wheels()[wheel].ticks_per_revolution != 0.0;
+  Finding finding = turn_around(wheel, in_ticks, robot);
+  finding.place = recording.wheels.origin.file;
+  return finding;
 }
 
 }  // namespace

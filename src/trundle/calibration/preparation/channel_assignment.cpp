@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "trundle/calibration/preparation/reversed_wheel.hpp"
 #include "trundle/calibration/preparation/steering_sense.hpp"
 #include "trundle/chassis/rows.hpp"
 
@@ -175,23 +176,6 @@ void give_places(const Places& columns, const Robot& given, ChannelAssignment& c
   }
 }
 
-/// Columns in ticks count the other way round, others roll the other way round.
-void turn_around(std::size_t i, bool in_ticks, ChannelAssignment& channels) {
-  Wheel& wheel = channels.robot.chassis.wheels()[i];
-  const std::string& name = channels.robot.wheel_names[i];
-  if (in_ticks) {
-    wheel.ticks_per_revolution = -wheel.ticks_per_revolution;
-    channels.faults.push_back({.code = FindingCode::reversed_counter,
-                               .subjects = {name},
-                               .payload = payload::Amount{wheel.ticks_per_revolution}});
-  } else {
-    wheel.direction_rad = wrap_angle(wheel.direction_rad + kPi);
-    channels.faults.push_back({.code = FindingCode::reversed_wheel,
-                               .subjects = {name},
-                               .payload = payload::Amount{degrees(wheel.direction_rad)}});
-  }
-}
-
 bool in_ticks(std::span<const Recording> recordings, const std::string& wheel) {
   return std::ranges::any_of(recordings, [&](const Recording& recording) {
     return std::ranges::any_of(recording.wheels.series, [&](const WheelSeries& series) {
@@ -210,7 +194,8 @@ void check_wheels(const std::vector<ReadMotion>& motions, std::span<const Record
   for (std::size_t i = 0; i < n; ++i) {
     const Misfit& misfit = misfits[i][columns[i]];
     if (misfit.reversed < kFarLess * misfit.as_is)
-      turn_around(i, in_ticks(recordings, channels.robot.wheel_names[i]), channels);
+      channels.faults.push_back(
+          turn_around(i, in_ticks(recordings, channels.robot.wheel_names[i]), channels.robot));
   }
 }
 
@@ -251,7 +236,7 @@ ChannelAssignment check_steered(std::span<const Run> runs, std::span<const Recor
   ChannelAssignment channels{robot, {}, {}};
   const ReversedWheels reversed = reversed_wheels_of_steered(runs, robot);
   for (const std::size_t i : reversed.counters)
-    turn_around(i, in_ticks(recordings, robot.wheel_names[i]), channels);
+    channels.faults.push_back(turn_around(i, in_ticks(recordings, robot.wheel_names[i]), channels.robot));
   for (const std::size_t i : reversed.steerings) {
     double& scale = channels.robot.chassis.all_wheels()[i].steering->scale;
     scale = -scale;

@@ -3,9 +3,14 @@
 #include <cstddef>
 #include <optional>
 
+#include "trundle/recording/finding.hpp"
 #include "trundle/recording/turns.hpp"
 
 namespace trundle::calibration {
+
+/// Turns that wheel of the robot round, and says so: a column in ticks counts the other way, another one is
+/// of a wheel that rolls the other way.
+Finding turn_around(std::size_t wheel, bool in_ticks, Robot& robot);
 
 /// The wheel that counts backwards, as the gyro shows: counted the other way it turns the robot as its gyro
 /// does. `turns`: by all wheels as they are, and by the gyro. Nothing where these agree, or where no one

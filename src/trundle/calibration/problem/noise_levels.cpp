@@ -19,9 +19,8 @@ bool owes_headings_to_wheels(const Robot& robot) {
     levels.wheel_per_sqrt_m *= times;
     const Chassis& noisy = with_noise(robot, levels).chassis;
     const Rows rows = rows_of(noisy, false);
-    const RowVector variance = weighing_variances(noisy, rows, 1.0, 1.0);
-    return Matrix3(twist_gain(rows, variance) * variance.asDiagonal() *
-                   twist_gain(rows, variance).transpose())(2, 2);
+    const Readings readings{RowVector::Zero(rows.count()), weighing_variances(noisy, rows, 1.0, 1.0)};
+    return estimate_twist(rows, readings).covariance(2, 2);
   };
   return std::abs(variance_at(2.0) / variance_at(1.0) - 4.0) < 1e-6;
 }
