@@ -27,8 +27,8 @@ Matrix3 matrix_of(const Map& map) {
 }
 
 /// What ∂H ξ errs by where angles of steered wheels are misread, per unit error of each reading that such a
-/// wheel does not skid: by its angle's error ε that is ε d · ξ. Zero where the robot stands.
-/// docs/theory/calibration-redundancy.md, eq. 7d.
+/// wheel does not skid: by its angle's error ε that is ε d · ξ. docs/theory/calibration-redundancy.md, eq.
+/// 7d. Zero for no motion: of a robot that stands the gyro's noise makes one that rolls by next to nothing.
 Eigen::MatrixXd derivative_by_misreading(const Parameter& parameter, const Chassis& chassis, const Rows& rows,
                                          const Vector3& motion) {
   constexpr double kStep = 1e-4;
@@ -159,7 +159,8 @@ void SensitivityErrors::close(const Pose2& pose) {
   const Twist2 twist = log(from_.inverse() * pose);
   const Vector3 motion(twist.dx, twist.dy, twist.dtheta);
   if (is_steered(chassis_))
-    prepare(at_steering(chassis_, ways_), rows_at(chassis_, ways_, chassis_.gyro.has_value()), motion);
+    prepare(at_steering(chassis_, ways_), rows_at(chassis_, ways_, chassis_.gyro.has_value()),
+            any_turns(ways_) ? motion : Vector3::Zero());
   const RowVector of_rows = variance_of_rows(motion), variance = of_sensors(of_rows);
   // V ∂V/∂z: where a reading is too large, so is the variance that it is said to have.
   const RowVector third = variance.cwiseProduct(growth_of_variance())
