@@ -29,7 +29,7 @@ void randomise(const std::array<NumberKey<T>, n>& keys, T& section) {
 
 Wheel any_wheel() {
   Wheel wheel;
-  wheel.kind = kWheelKinds[*rc::gen::inRange<std::size_t>(0, 4)].first;
+  wheel.kind = kWheelKinds[*rc::gen::inRange<std::size_t>(0, kWheelKinds.size())].first;
   randomise(kWheelPlace, wheel);
   randomise(kWheelSize, wheel);
   if (wheel.kind == WheelKind::mecanum) randomise(kWheelRoller, wheel);

@@ -98,6 +98,23 @@ TEST(Inspect, a_pivot_about_one_wheel_is_no_stuck_encoder_when_the_gyro_sees_it)
               Contains(test::finding(FindingCode::stuck_encoder, "or the robot pivots on this wheel")));
 }
 
+TEST(Inspect, an_omni_wheel_that_is_pushed_along_its_rollers_is_no_stuck_encoder) {
+  Robot robot;
+  robot.wheel_names = {"left", "right", "back"};
+  robot.chassis = omni3({0.1, 1000.0, 0}, 0.2);  // along one wheel's axle: it stands, the others turn alike
+  std::size_t standing = robot.chassis.wheels().size();
+  Recording recording;
+  recording.wheels.time_s = stamps(201, 0.05);
+  for (std::size_t w = 0; w < robot.wheel_names.size(); ++w) {
+    const double share = std::cos(robot.chassis.wheels()[w].direction_rad);
+    if (std::abs(share) < 1e-9) standing = w;
+    recording.wheels.series.push_back({robot.wheel_names[w], WheelUnit::ticks, {}});
+    for (int i = 0; i <= 200; ++i) recording.wheels.series[w].value.push_back(std::round(50.0 * share * i));
+  }
+  ASSERT_LT(standing, robot.chassis.wheels().size());
+  EXPECT_THAT(inspected(recording, robot), IsEmpty());
+}
+
 TEST(Inspect, standing_still_is_no_stuck_encoder) {
   Recording recording = winding();
   freeze(recording, 0, 100, 200);

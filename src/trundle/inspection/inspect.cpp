@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "trundle/inspection/detail/gyro_checks.hpp"
+#include "trundle/inspection/detail/roll_ahead.hpp"
 #include "trundle/recording/alignment/replay.hpp"
 
 namespace trundle::inspection {
@@ -99,7 +100,8 @@ void find_stuck(const Recording& recording, const Robot& robot, const Overview& 
                           .payload = payload::Standstill{.duration_s = still.duration_s(),
                                                          .expected_m = *still.expected_m}});
     }
-  if (!all_expected) find_stuck(recording, robot.wheel_names, overview, problems);
+  if (!all_expected && all_roll_ahead(robot.chassis))
+    find_stuck(recording, robot.wheel_names, overview, problems);
 }
 
 /// The first row of those that hold fractions, where half do: a column of metres or of speeds that is taken

@@ -9,6 +9,7 @@
 #include "trundle/calibration/preparation/initial_scale.hpp"
 #include "trundle/calibration/preparation/sense_of_turning.hpp"
 #include "trundle/chassis/rows.hpp"
+#include "trundle/inspection/detail/roll_ahead.hpp"
 #include "trundle/inspection/mirrored_reference.hpp"
 #include "trundle/inspection/reference_turns.hpp"
 #include "trundle/recording/csv/detail/table.hpp"
@@ -99,12 +100,7 @@ void compare_references(const Recording& recording, const Run& run, const Robot&
 }
 
 void find_mirrored_reference(const Recording& recording, const Robot& robot, std::vector<Finding>& problems) {
-  const auto rolls_ahead = [](const Wheel& w) {
-    return w.kind == WheelKind::fixed || w.kind == WheelKind::skid;
-  };
-  if (robot.chassis.wheels().empty() || !std::ranges::all_of(robot.chassis.wheels(), rolls_ahead) ||
-      !is_mirrored(recording.reference))
-    return;
+  if (!all_roll_ahead(robot.chassis) || !is_mirrored(recording.reference)) return;
   problems.push_back({.code = FindingCode::reference_axes, .place = recording.reference.origin.file});
 }
 

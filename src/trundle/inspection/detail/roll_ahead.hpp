@@ -1,0 +1,17 @@
+#pragma once
+
+#include <algorithm>
+
+#include "trundle/chassis/chassis.hpp"
+
+namespace trundle::inspection {
+
+/// Whether the robot goes nowhere but where its wheels roll: beside omni and mecanum wheels, which are pushed
+/// along their rollers, one may stand while all others turn.
+[[nodiscard]] inline bool all_roll_ahead(const Chassis& chassis) {
+  return !chassis.wheels().empty() && std::ranges::all_of(chassis.wheels(), [](const Wheel& wheel) {
+    return wheel.kind == WheelKind::fixed || wheel.kind == WheelKind::skid;
+  });
+}
+
+}  // namespace trundle::inspection
