@@ -517,6 +517,22 @@ TEST(LandmarkCalibration, SaysSoWhereReadingsScatterMoreThanTheRobotFileClaims) 
   }
 }
 
+// Sizes of wheels take up what they can of an error of the sensor, and their ± do not know of it.
+TEST(LandmarkCalibration, NamesAnErrorOfTheSensorThatIsNotFree) {
+  Scenario scenario = scenario_of(true_robot(7), tour(40.0, 7), 7);
+  const auto warnings = [&](std::vector<std::string> free) {
+    const Recording recording = recorded(scenario);
+    return calibrate_from_landmarks({&recording, 1}, {}, nominal_robot(), {.free = std::move(free)}).warnings;
+  };
+  EXPECT_THAT(warnings({}), Not(Contains(HasSubstr("--free sensor."))));
+  scenario.truth.landmark_sensor->range_offset_m = 0.08;
+  EXPECT_THAT(warnings({}), Contains(HasSubstr("--free sensor.range_offset")));
+  EXPECT_THAT(warnings({"sensor.range_offset"}), Not(Contains(HasSubstr("--free sensor."))));
+  scenario.truth.landmark_sensor->range_offset_m = 0.0;
+  scenario.truth.landmark_sensor->bearing_offset_rad = radians(2.0);
+  EXPECT_THAT(warnings({}), Contains(HasSubstr("--free sensor.bearing_offset")));
+}
+
 TEST(LandmarkCalibration, RefusesWhatCannotAnswer) {
   Scenario scenario = scenario_of(nominal_robot(), straight(1.0), 7);
   scenario.sightings.rate_hz = 0.0;

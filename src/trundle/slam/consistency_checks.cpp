@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <optional>
 
@@ -129,16 +130,6 @@ void check_contradiction(const SlamResult& filtered, const SmoothedSlam& smoothe
                                payload::Times{*squared / kMedianOfThree}));
 }
 
-/// Against its own sigmas.
-void check_offsets(const SmoothedSlam& smoothed, std::vector<Finding>& findings) {
-  const SmootherCounts& counts = smoothed.counts;
-  const double dispersion = counts.cost / std::max(1, counts.degrees_of_freedom);
-  check_offset(FindingCode::range_offset, smoothed.sensor.range, dispersion, 1.0, counts.sightings, findings);
-  check_offset(FindingCode::bearing_offset, smoothed.sensor.bearing, dispersion, radians(1.0),
-               counts.sightings, findings);
-  check_offset(FindingCode::depths, smoothed.sensor.depth, dispersion, 1.0, counts.sightings, findings);
-}
-
 bool has_many_outliers(const SmootherCounts& counts) {
   return static_cast<double>(counts.outliers) > kMostOutliers * static_cast<double>(counts.sightings);
 }
@@ -170,7 +161,10 @@ std::vector<Finding> consistency_checks(const SlamInput& input, const SlamResult
     if (has_recovered || finding.code == FindingCode::misplaced_landmark) finding.severity = Severity::note;
   findings.insert(findings.end(), of_smoother.begin(), of_smoother.end());
   if (!has_recovered) check_contradiction(filtered, *smoothed, findings);
-  check_offsets(*smoothed, findings);
+  const SmootherCounts& counts = smoothed->counts;
+  std::ranges::move(
+      common_errors(smoothed->sensor, counts.cost / std::max(1, counts.degrees_of_freedom), counts.sightings),
+      std::back_inserter(findings));
   std::ranges::stable_sort(findings, {}, [](const Finding& f) { return f.severity == Severity::note; });
   return findings;
 }
@@ -178,6 +172,14 @@ std::vector<Finding> consistency_checks(const SlamInput& input, const SlamResult
 std::vector<Finding> consistency_checks(const SmootherCounts& counts) {
   std::vector<Finding> findings;
   check_smoother(counts, findings);
+  return findings;
+}
+
+std::vector<Finding> common_errors(const SensorScores& scores, double dispersion, std::size_t sightings) {
+  std::vector<Finding> findings;
+  check_offset(FindingCode::range_offset, scores.range, dispersion, 1.0, sightings, findings);
+  check_offset(FindingCode::bearing_offset, scores.bearing, dispersion, radians(1.0), sightings, findings);
+  check_offset(FindingCode::depths, scores.depth, dispersion, 1.0, sightings, findings);
   return findings;
 }
 

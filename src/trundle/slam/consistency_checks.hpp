@@ -14,4 +14,9 @@ namespace trundle::slam {
 /// Of a smoother's run alone: that it stopped early, or that sigmas are too small.
 [[nodiscard]] std::vector<Finding> consistency_checks(const SmootherCounts& counts);
 
+/// Errors that all ranges or bearings have in common, by a score, where they are no chance and beyond half a
+/// sigma of one reading. `dispersion`: cost for each degree of freedom.
+[[nodiscard]] std::vector<Finding> common_errors(const SensorScores& scores, double dispersion,
+                                                 std::size_t sightings);
+
 }  // namespace trundle::slam

@@ -13,6 +13,7 @@
 #include "trundle/calibration/validation/conclusion.hpp"
 #include "trundle/io/words.hpp"
 #include "trundle/recording/velocity_lag.hpp"
+#include "trundle/slam/consistency_checks.hpp"
 #include "trundle/slam/models/sensor_clock.hpp"
 #include "trundle/slam/smoothing/calibration/landmark_noise.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"
@@ -202,6 +203,8 @@ void add_words(const AssociatedFit& found, CalibrationResult& result) {
         fmt::format("data association did not settle: repeated {} times, a parameter "
                     "still moved by {:.1f} of its sigmas; the error bars do not allow for it",
                     kMostAssociations, found.unsettled));
+  for (const Finding& error : common_errors(found.fit.sensor, scatter, sightings))
+    result.warnings.push_back(describe(error));
   if (scatter > kScattersMore)
     result.warnings.push_back(
         fmt::format("sightings and odometry scatter {:.1f} times as much as the robot file says; the error "

@@ -4,6 +4,7 @@
 
 #include "trundle/calibration/solve/estimator.hpp"
 #include "trundle/slam/smoothing/calibration/landmark_problem.hpp"
+#include "trundle/slam/smoothing/sensor_score.hpp"
 
 namespace trundle::slam {
 
@@ -13,6 +14,7 @@ struct LandmarkFit {
   double scatter = 1.0;  ///< cost for each degree of freedom
   FreeColumns free;      ///< what could be determined
   SmoothingState state;  ///< with those parameters about the estimate's
+  SensorScores sensor;   ///< what ranges and bearings err by in common beyond them
 };
 
 /// Poses, landmarks and a robot's parameters from all recordings, each with a map of its own: Gauss–Newton
