@@ -248,9 +248,9 @@ void improve(Minimiser& minimiser, LandmarkSearch& search) {
   descent.last_step = sigmas_of(found, covariance);
   if (step.size() > 0) step.cwiseAbs().maxCoeff(&descent.parameter);
   set_evidence(here, minimum.cost, of_all, search);
-  search.fit.sensor = sensor_scores(here.problem, state, minimiser);
   const bool stays = settle_spread(of_all, search);
   descent.converged = minimum.converged && descent.last_step < kSettled && stays;
+  if (descent.converged) search.fit.sensor = sensor_scores(here.problem, state, minimiser);
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ struct LandmarkFit {
   double scatter = 1.0;  ///< cost for each degree of freedom
   FreeColumns free;      ///< what could be determined
   SmoothingState state;  ///< with those parameters about the estimate's
-  SensorScores sensor;   ///< what ranges and bearings err by in common beyond them
+  SensorScores sensor;   ///< what ranges and bearings err by in common beyond them; zero where not converged
 };
 
 /// Poses, landmarks and a robot's parameters from all recordings, each with a map of its own: Gauss–Newton
