@@ -18,6 +18,12 @@ enum class WheelKind {
   mecanum,  ///< free along its rollers
 };
 
+/// Whether it may be pushed along them without turning. Where a wheel without rollers rolls is what the
+/// body's x axis means; that of one with them is a parameter of its own.
+[[nodiscard]] constexpr bool has_rollers(WheelKind kind) {
+  return kind == WheelKind::omni || kind == WheelKind::mecanum;
+}
+
 /// How a steered wheel stands: at direction + scale · (reading − zero), counter-clockwise.
 struct SteeringSensor {
   double zero_rad = 0.0;                    ///< what it reads where the wheel stands at its direction

@@ -71,11 +71,8 @@ bool exists(const Parameter& parameter, const Robot& robot) {
     case ParameterKind::place_x:
     case ParameterKind::place_y:
       return wheel_of(parameter, chassis).steering.has_value();
-    // A fixed or skid wheel's rolling direction is what the body's x axis means; it is no free parameter.
-    case ParameterKind::direction: {
-      const WheelKind kind = wheel_of(parameter, chassis).kind;
-      return kind == WheelKind::omni || kind == WheelKind::mecanum;
-    }
+    case ParameterKind::direction:
+      return has_rollers(wheel_of(parameter, chassis).kind);
     case ParameterKind::track:
       return sides_of(chassis).has_value();
     case ParameterKind::icr_x:

@@ -3,22 +3,15 @@
 #include <algorithm>
 
 namespace trundle::chassis {
-namespace {
 
-/// Whether a wheel's own rolling direction and lever are parameters, rather than the track of all of them.
-bool stands_alone(const Wheel& wheel) {
-  return wheel.kind == WheelKind::omni || wheel.kind == WheelKind::mecanum;
-}
-
-}  // namespace
-
+// A wheel with rollers has a direction and a lever of its own, the others a track together.
 bool is_usual(const Parameter& parameter, const Robot& robot) {
   switch (parameter.kind) {
     case ParameterKind::direction:
     case ParameterKind::lever:
-      return stands_alone(robot.chassis.wheels()[static_cast<std::size_t>(parameter.wheel)]);
+      return has_rollers(robot.chassis.wheels()[static_cast<std::size_t>(parameter.wheel)].kind);
     case ParameterKind::track:
-      return !std::ranges::all_of(robot.chassis.wheels(), stands_alone);
+      return !std::ranges::all_of(robot.chassis.wheels(), has_rollers, &Wheel::kind);
     case ParameterKind::diameter:
     case ParameterKind::steering_zero:
     case ParameterKind::steering_scale:

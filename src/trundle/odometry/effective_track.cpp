@@ -24,9 +24,8 @@ constexpr double kLeastWindowTurn_rad = 0.02;  // of a lesser turn noise decides
 constexpr double kLargestInnovation = 4.0;
 
 bool rolls_ahead(const Wheel& wheel) {
-  return (wheel.kind == WheelKind::fixed || wheel.kind == WheelKind::skid) && wheel.y_m != 0.0 &&
-         !wheel.steering && std::abs(std::sin(wheel.direction_rad)) < 1e-3 &&
-         std::cos(wheel.direction_rad) > 0.0;
+  return !has_rollers(wheel.kind) && wheel.y_m != 0.0 && !wheel.steering &&
+         std::abs(std::sin(wheel.direction_rad)) < 1e-3 && std::cos(wheel.direction_rad) > 0.0;
 }
 
 }  // namespace

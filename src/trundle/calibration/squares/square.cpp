@@ -19,8 +19,7 @@ double middle_y(const Chassis& chassis) {
 }
 
 bool rolls_ahead(const Wheel& wheel) {
-  const bool sided = wheel.kind == WheelKind::fixed || wheel.kind == WheelKind::skid;
-  return sided && std::abs(std::sin(wheel.direction_rad)) < 1e-6;
+  return !has_rollers(wheel.kind) && std::abs(std::sin(wheel.direction_rad)) < 1e-6;
 }
 
 /// Mean diameter and mean y of the wheels on one side.
