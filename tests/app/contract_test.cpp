@@ -426,7 +426,7 @@ Arguments slam_of(const std::string& recording, const std::string& filter, const
 
 TEST(Program, SlamGoesOnFromACheckpointAsIfNothingHadHappened) {
   const Sample sample;
-  for (const std::string filter : {"ekf", "fastslam1", "fastslam2", "mapso", "mapso_proposal", "smoother"}) {
+  for (const std::string& filter : slam::slam_method_names()) {
     ASSERT_EQ(run_program(sample.folder(), slam_of("seen", filter, {"-o", "whole"})).exit_code, 0);
     const Outcome begun =
         run_program(sample.folder(),

@@ -7,6 +7,7 @@
 #include "trundle/slam/slam.hpp"
 
 #include "scale.hpp"
+#include "slam/every_method.hpp"
 #include "slam/world.hpp"
 
 namespace trundle::slam {
@@ -288,9 +289,7 @@ TEST_P(UnknownIds, SameSeedSameResult) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(OfEveryFilter, UnknownIds,
-                         testing::Values(SlamMethod::ekf, SlamMethod::fastslam1, SlamMethod::fastslam2,
-                                         SlamMethod::mapso, SlamMethod::mapso_proposal, SlamMethod::smoother),
+INSTANTIATE_TEST_SUITE_P(OfEveryFilter, UnknownIds, testing::ValuesIn(test::every_method()),
                          [](const auto& method) { return std::string(name_of(method.param)); });
 
 }  // namespace
