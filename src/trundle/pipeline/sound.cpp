@@ -45,10 +45,10 @@ void require_sound(const Trajectory& trajectory, std::string_view what) {
 void require_sound(const StampedPose& stamped, const Matrix3& covariance, std::string_view what) {
   const auto& [time_s, pose] = stamped;
   if (!std::isfinite(pose.x) || !std::isfinite(pose.y) || !std::isfinite(pose.heading))
-    throw CannotAnswer(fmt::format("{}: the pose at {} s is no number; {}", what, time_s, kAdvice));
+    throw CannotAnswer(fmt::format("{}: the pose at {:.3f} s is no number; {}", what, time_s, kAdvice));
   if (!is_sound(covariance))
     throw CannotAnswer(
-        fmt::format("{}: the covariance of the pose at {} s is none; {}", what, time_s, kAdvice));
+        fmt::format("{}: the covariance of the pose at {:.3f} s is none; {}", what, time_s, kAdvice));
 }
 
 void require_sound(const std::vector<MappedLandmark>& map, std::string_view what) {
