@@ -1,5 +1,7 @@
 #include "trundle/slam/consistency_checks.hpp"
 
+#include <numbers>
+
 #include <gmock/gmock.h>
 
 #include "slam/world.hpp"
@@ -115,19 +117,67 @@ TEST(ConsistencyChecks, ReportSigmasThatAreTooSmall) {
   EXPECT_EQ(findings.back().code, FindingCode::noise);
 }
 
-TEST(ConsistencyChecks, ReportReadingsThatAreOffInCommon) {
+/// A world whose readings are all off by two sigmas of one.
+test::SlamWorld world_seen_askew() {
   test::SlamWorld world = test::slam_world({.steps = 200});
   for (SlamStep& step : world.steps)
     for (Observation& observation : step.observations) {
       observation.range_m += 2.0 * world.sensor.range_sigma_m;
       observation.bearing_rad -= 2.0 * world.sensor.bearing_sigma_rad;
     }
-  const std::vector<Finding> findings = findings_of(world);
-  const auto found = [&](FindingCode code) { return std::ranges::find(findings, code, &Finding::code); };
-  ASSERT_NE(found(FindingCode::range_offset), findings.end());
-  const auto range = std::get<payload::Offset>(found(FindingCode::range_offset)->payload);
+  return world;
+}
+
+void expect_range_offset(const std::vector<Finding>& findings, const test::SlamWorld& world) {
+  const auto found = std::ranges::find(findings, FindingCode::range_offset, &Finding::code);
+  ASSERT_NE(found, findings.end());
+  const auto range = std::get<payload::Offset>(found->payload);
   EXPECT_NEAR(range.value, 2.0 * world.sensor.range_sigma_m, 4.0 * range.sigma);
-  EXPECT_THAT(describe(*found(FindingCode::range_offset)), testing::HasSubstr("sensor.range_offset"));
+  EXPECT_THAT(describe(*found), testing::HasSubstr("sensor.range_offset"));
+}
+
+TEST(ConsistencyChecks, ReportReadingsThatAreOffInCommon) {
+  const test::SlamWorld world = world_seen_askew();
+  expect_range_offset(findings_of(world), world);
+}
+
+// The smoother that goes along has seen as much in the end.
+TEST(ConsistencyChecks, OfTheOnlineSmootherAloneAreThoseOfAllThatItSaw) {
+  const auto findings_online = [](const test::SlamWorld& world, std::optional<double> window_s) {
+    const SlamInput input = input_of(world);
+    return consistency_checks(
+        input, slam(input, world.sensor, {.method = SlamMethod::smoother, .window_s = window_s}), nullptr);
+  };
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5})
+    EXPECT_TRUE(findings_online(test::slam_world({.steps = 200, .seed = seed}), {}).empty()) << seed;
+  const test::SlamWorld askew = world_seen_askew();
+  expect_range_offset(findings_online(askew, {}), askew);
+  // Of what a window has forgotten nothing can be said; what is left is judged by its innovations.
+  for (const Finding& finding : findings_online(askew, 20.0)) EXPECT_EQ(finding.code, FindingCode::noise);
+}
+
+// Half of N squares of two normal numbers are above 2 ln 2 ± 2/√N.
+TEST(ConsistencyChecks, OfInnovationsAloneKnowChanceFromSigmasThatAreTooSmall) {
+  const double consistent = 2.0 * std::numbers::ln2;
+  EXPECT_TRUE(innovation_checks(std::nullopt, 0).empty());
+  EXPECT_TRUE(innovation_checks(1.4 * consistent, 100'000).empty());
+  EXPECT_TRUE(innovation_checks(2.5 * consistent, 30).empty());
+  ASSERT_EQ(innovation_checks(2.5 * consistent, 40).size(), 1U);
+  EXPECT_EQ(innovation_checks(1.6 * consistent, 1000).front().code, FindingCode::noise);
+}
+
+TEST(ConsistencyChecks, OfARecursiveFilterReportSigmasThatAreTooSmall) {
+  for (const SlamMethod method : {SlamMethod::ekf, SlamMethod::fastslam2}) {
+    test::SlamWorld world = test::slam_world({.steps = 200});
+    const SlamInput input = input_of(world);
+    EXPECT_TRUE(consistency_checks(input, slam(input, world.sensor, {.method = method}), nullptr).empty());
+    world.sensor.range_sigma_m /= 1.5;
+    world.sensor.bearing_sigma_rad /= 1.5;
+    const std::vector<Finding> findings =
+        consistency_checks(input, slam(input, world.sensor, {.method = method}), nullptr);
+    ASSERT_EQ(findings.size(), 1U) << name_of(method);
+    EXPECT_EQ(findings.front().code, FindingCode::noise);
+  }
 }
 
 /// Whether readings as a camera's are found to be, where sigmas are as large as said.

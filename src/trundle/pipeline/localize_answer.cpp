@@ -1,14 +1,17 @@
 #include "trundle/pipeline/localize_answer.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "trundle/io/error.hpp"
 #include "trundle/pipeline/innovations.hpp"
+#include "trundle/pipeline/sensor_clock.hpp"
 #include "trundle/pipeline/sound.hpp"
 #include "trundle/report/or_null.hpp"
+#include "trundle/slam/consistency_checks.hpp"
 
 namespace trundle::pipeline {
 namespace {
@@ -92,9 +95,9 @@ LocalizeAnswer answer_localize(const Recording& recording, const RobotFile& robo
   answer.provenance = provenance_of(recording, robot, map, question);
   SlamInputOptions input_options{.hide_ids = question.unknown_ids};
   for (const MapLandmark& landmark : map.landmarks) input_options.names.push_back(landmark.name);
-  answer.input = slam_input(
-      recording, corrected_readings(recording, robot, question.slip, slip_found, answer.provenance),
-      robot.robot, input_options);
+  const AlignedReadings readings =
+      corrected_readings(recording, robot, question.slip, slip_found, answer.provenance);
+  answer.input = slam_input(recording, readings, robot.robot, input_options);
   auto& findings = answer.input.findings;
   findings.insert(findings.begin(), recording.findings.begin(), recording.findings.end());
   answer.landmarks = map.landmarks.size();
@@ -102,6 +105,9 @@ LocalizeAnswer answer_localize(const Recording& recording, const RobotFile& robo
   const LandmarkSensor& sensor = *robot.robot.landmark_sensor;
   answer.result = localize(answer.input, known_map_of(map, sensor), sensor, options_of(question));
   if (answer.result.trajectory.poses.empty()) refuse(recording.name, answer);
+  const LocalizationCounts& counts = answer.result.counts;
+  std::ranges::move(sensor_clock_checks(recording, readings, robot.robot), std::back_inserter(findings));
+  std::ranges::move(innovation_checks(counts.median_nis, counts.matched), std::back_inserter(findings));
   require_sound(answer.result.trajectory, recording.name);
   return answer;
 }

@@ -1,12 +1,14 @@
 #include "trundle/pipeline/slam_answer.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "trundle/io/error.hpp"
 #include "trundle/pipeline/no_rest.hpp"
+#include "trundle/pipeline/sensor_clock.hpp"
 #include "trundle/pipeline/sound.hpp"
 #include "trundle/slam/consistency_checks.hpp"
 #include "trundle/slam/map_file.hpp"
@@ -67,13 +69,14 @@ SlamAnswer begun_slam(const Recording& recording, const RobotFile& robot, const 
                       const SlipAnswer* slip_found) {
   SlamAnswer answer;
   answer.provenance = provenance_of(recording, robot, question);
-  answer.input = slam_input(
-      recording, corrected_readings(recording, robot, question.slip, slip_found, answer.provenance),
-      robot.robot,
-      {.hide_ids = question.unknown_ids,
-       .names = question.names,
-       .also_at_s = question.also_at_s,
-       .shares = question.systematic_sigma.has_value()});
+  const AlignedReadings readings =
+      corrected_readings(recording, robot, question.slip, slip_found, answer.provenance);
+  answer.input = slam_input(recording, readings, robot.robot,
+                            {.hide_ids = question.unknown_ids,
+                             .names = question.names,
+                             .also_at_s = question.also_at_s,
+                             .shares = question.systematic_sigma.has_value()});
+  answer.inconsistencies = sensor_clock_checks(recording, readings, robot.robot);
   require_apart(answer.provenance.inputs, {question.checkpoints.write});
   auto& findings = answer.input.findings;
   findings.insert(findings.begin(), recording.findings.begin(), recording.findings.end());
@@ -121,8 +124,9 @@ SlamAnswer finished_slam(const Recording& recording, const RobotFile& robot, con
   report_no_rest({robot.robot, answer.input.rest_s, answer.input.steps.back().time_s - answer.input.start_s,
                   answer.last().covariance(2, 2)},
                  findings);
-  answer.inconsistencies =
-      consistency_checks(answer.input, answer.result, answer.smoothed ? &*answer.smoothed : nullptr);
+  std::ranges::move(
+      consistency_checks(answer.input, answer.result, answer.smoothed ? &*answer.smoothed : nullptr),
+      std::back_inserter(answer.inconsistencies));
   require_sound(answer.result.online, recording.name);
   if (answer.smoothed) require_sound(answer.smoothed->trajectory, recording.name);
   require_sound(answer.map(), recording.name);

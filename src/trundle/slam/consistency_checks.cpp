@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <numbers>
 #include <optional>
 
 #include "trundle/geometry/decompositions.hpp"
@@ -15,20 +16,20 @@ namespace {
 // So many more rejected sightings than matched ones in a stretch. With a share p of outliers a stretch
 // reaches k with probability (p/(1 − p))^k: with a third, once in a million; with a tenth, never.
 constexpr int kLost = 20;
-// The median of so many NIS is known to 30 %.
-constexpr std::size_t kFewestSightings = 20;
-// Of the NIS' median, which is 1.39 if consistent: sigmas are then too small by √(5/1.39) = 1.9.
-constexpr double kGreatestMedian = 5.0;
 // Share of sightings whose cost is bounded. With more, the cost says nothing of the noise of the others.
 constexpr double kMostOutliers = 0.05;
 // Beyond so many σ a cost per degree of freedom is no chance in any number of runs: 1e-9.
 constexpr double kSigmasOfChance = 6.0;
-// Of cost and degrees of freedom: every ± is too small by √1.5 = 1.2. Less is within what sigmas are known
-// to.
-constexpr double kGreatestCostRatio = 1.5;
+// Of a cost and its degrees of freedom, of a NIS and what it is if consistent: every ± is too small by
+// √1.5 = 1.2. Less is within what sigmas are known to.
+constexpr double kGreatestRatio = 1.5;
+// Median of χ² with two degrees of freedom; that of N numbers scatters by 2/√N, as their density there is ¼.
+constexpr double kMedianOfTwo = 2.0 * std::numbers::ln2;
 
 // Beyond so many sigmas of one reading a common error matters: less is within the sigmas.
 constexpr double kLeastOffset = 0.5;
+// The median of so many squares is known to 30 %.
+constexpr std::size_t kFewestSteps = 20;
 // Median of χ² with three degrees of freedom, and how many times of it the smoothed trajectory may be off the
 // online one, squared: both are wrong by no more than twice their sigmas then.
 constexpr double kMedianOfThree = 2.366;
@@ -90,10 +91,10 @@ void check_filter(const SlamInput& input, const SlamResult& filtered, std::vecto
     findings.back().subjects = {number < input.landmarks.size() ? input.landmarks[number]
                                                                 : std::to_string(number)};
   }
-  const SlamCounts& counts = filtered.counts;
-  const std::size_t seen = counts.matched + counts.rejected;
-  if (seen >= kFewestSightings && counts.median_nis.value_or(0.0) > kGreatestMedian)
-    findings.push_back(warning(FindingCode::noise, seen, payload::Amount{*counts.median_nis}));
+}
+
+bool is_lost(const std::vector<Finding>& findings) {
+  return !findings.empty() && findings.front().code == FindingCode::lost;
 }
 
 /// Squared differences of the two trajectories in the sum of their covariances. That of a difference between
@@ -108,7 +109,7 @@ std::optional<double> median_contradiction(const Trajectory& online, const Traje
     if (const auto misfit = gaussian_misfit(off, online.covariances[k] + smoothed.covariances[k]))
       squared.push_back(misfit->squared_mahalanobis);
   }
-  if (squared.size() < kFewestSightings) return std::nullopt;
+  if (squared.size() < kFewestSteps) return std::nullopt;
   return median(std::move(squared));
 }
 
@@ -141,8 +142,49 @@ void check_smoother(const SmootherCounts& counts, std::vector<Finding>& findings
   const double freedom = counts.degrees_of_freedom;
   if (freedom <= 0.0 || has_many_outliers(counts)) return;  // they cost, and do not make the rest worse
   const double ratio = counts.cost / freedom;
-  if (ratio > kGreatestCostRatio && ratio > 1.0 + kSigmasOfChance * std::sqrt(2.0 / freedom))
+  if (ratio > kGreatestRatio && ratio > 1.0 + kSigmasOfChance * std::sqrt(2.0 / freedom))
     findings.push_back(warning(FindingCode::noise, counts.sightings, payload::Times{ratio}));
+}
+
+void append(std::vector<Finding> further, std::vector<Finding>& findings) {
+  std::ranges::move(further, std::back_inserter(findings));
+}
+
+std::vector<Finding> common_errors_in(const SmootherFit& fit) {
+  const SmootherCounts& counts = fit.counts;
+  return common_errors(fit.sensor, counts.cost / std::max(1, counts.degrees_of_freedom), counts.sightings);
+}
+
+std::vector<Finding> checks_of_innovations(const SlamResult& filtered) {
+  const SlamCounts& counts = filtered.counts;
+  return innovation_checks(counts.median_nis, counts.matched + counts.rejected);
+}
+
+/// Of a filter alone: by how all that it saw fits together in the end where it is a smoother, else by its
+/// innovations.
+void check_online(const SlamResult& filtered, std::vector<Finding>& findings) {
+  if (filtered.fit) {
+    check_smoother(filtered.fit->counts, findings);
+    append(common_errors_in(*filtered.fit), findings);
+  }
+  if (!filtered.fit || has_many_outliers(filtered.fit->counts))
+    append(checks_of_innovations(filtered), findings);
+}
+
+/// Of the smoother after it.
+void check_smoothed(const SlamResult& filtered, const SmoothedSlam& smoothed,
+                    std::vector<Finding>& findings) {
+  const std::vector<Finding> of_smoother = consistency_checks(smoothed.counts);
+  // Where all that was seen fits together the filter alone was wrong: good to know, and the result
+  // is consistent. A landmark's place is that of all its sightings now.
+  const bool has_recovered = is_lost(findings) && of_smoother.empty() && !has_many_outliers(smoothed.counts);
+  for (Finding& finding : findings)
+    if (has_recovered || finding.code == FindingCode::misplaced_landmark) finding.severity = Severity::note;
+  append(of_smoother, findings);
+  if (has_many_outliers(smoothed.counts)) append(checks_of_innovations(filtered), findings);
+  if (!has_recovered) check_contradiction(filtered, smoothed, findings);
+  append(common_errors_in({smoothed.counts, smoothed.sensor}), findings);
+  std::ranges::stable_sort(findings, {}, [](const Finding& f) { return f.severity == Severity::note; });
 }
 
 }  // namespace
@@ -151,22 +193,19 @@ std::vector<Finding> consistency_checks(const SlamInput& input, const SlamResult
                                         const SmoothedSlam* smoothed) {
   std::vector<Finding> findings;
   check_filter(input, filtered, findings);
-  if (smoothed == nullptr) return findings;
-  const std::vector<Finding> of_smoother = consistency_checks(smoothed->counts);
-  const bool was_lost = !findings.empty() && findings.front().code == FindingCode::lost;
-  // Where all that was seen fits together the filter alone was wrong: good to know, and the result
-  // is consistent. A landmark's place is that of all its sightings now.
-  const bool has_recovered = was_lost && of_smoother.empty() && !has_many_outliers(smoothed->counts);
-  for (Finding& finding : findings)
-    if (has_recovered || finding.code == FindingCode::misplaced_landmark) finding.severity = Severity::note;
-  findings.insert(findings.end(), of_smoother.begin(), of_smoother.end());
-  if (!has_recovered) check_contradiction(filtered, *smoothed, findings);
-  const SmootherCounts& counts = smoothed->counts;
-  std::ranges::move(
-      common_errors(smoothed->sensor, counts.cost / std::max(1, counts.degrees_of_freedom), counts.sightings),
-      std::back_inserter(findings));
-  std::ranges::stable_sort(findings, {}, [](const Finding& f) { return f.severity == Severity::note; });
+  if (smoothed != nullptr)
+    check_smoothed(filtered, *smoothed, findings);
+  else if (!is_lost(findings))
+    check_online(filtered, findings);
   return findings;
+}
+
+std::vector<Finding> innovation_checks(std::optional<double> median_nis, std::size_t sightings) {
+  if (!median_nis) return {};
+  const double ratio = *median_nis / kMedianOfTwo;
+  const double sigma = 2.0 / (kMedianOfTwo * std::sqrt(static_cast<double>(sightings)));
+  if (ratio <= kGreatestRatio || ratio <= 1.0 + kSigmasOfChance * sigma) return {};
+  return {warning(FindingCode::noise, sightings, payload::Amount{*median_nis})};
 }
 
 std::vector<Finding> consistency_checks(const SmootherCounts& counts) {

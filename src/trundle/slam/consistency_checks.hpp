@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "trundle/slam/smoothing/smoother.hpp"
@@ -10,6 +11,9 @@ namespace trundle::slam {
 /// stopped early. Empty where it is consistent. `smoothed` may be null.
 [[nodiscard]] std::vector<Finding> consistency_checks(const SlamInput& input, const SlamResult& filtered,
                                                       const SmoothedSlam* smoothed);
+
+/// Of innovations alone: that sigmas are too small, by half of all NIS being above `median_nis`.
+[[nodiscard]] std::vector<Finding> innovation_checks(std::optional<double> median_nis, std::size_t sightings);
 
 /// Of a smoother's run alone: that it stopped early, or that sigmas are too small.
 [[nodiscard]] std::vector<Finding> consistency_checks(const SmootherCounts& counts);

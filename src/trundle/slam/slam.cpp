@@ -331,6 +331,7 @@ SlamResult SlamRun::result() const {
   CountsOfRun counter;
   for (const StepReport& report : reports_) counter.add(report, particles_);
   result.counts = counter.counts();
+  if (filter_.smoother()) result.fit = fit_of(*filter_.smoother());
   result.step_times = times_of(seconds_);
   return result;
 }

@@ -11,6 +11,7 @@
 #include "trundle/slam/fastslam/particle_options.hpp"
 #include "trundle/slam/report.hpp"
 #include "trundle/slam/smoothing/incremental/growth.hpp"
+#include "trundle/slam/smoothing/smoother_fit.hpp"
 #include "trundle/slam/steps.hpp"
 
 namespace trundle::slam {
@@ -150,6 +151,7 @@ struct SlamResult {
   std::vector<Snapshot> growth;           ///< of the smoother, where it was asked to keep that
   std::vector<BiasEstimate> bias;         ///< after each step: the first of the systematic errors, if any
   SlamCounts counts;
+  std::optional<SmootherFit> fit;  ///< of the smoother without a window: of all that it saw, in the end
   StepTimes step_times;
 
   /// The greatest id that it ever took a sighting for, of landmarks that are gone too; kUnknownLandmark:

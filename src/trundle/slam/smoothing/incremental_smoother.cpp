@@ -167,6 +167,10 @@ SmoothingState IncrementalSmoother::state() const {
   return belief_->graph.state();
 }
 
+bool IncrementalSmoother::has_marginalised() const {
+  return belief_->graph.has_marginalised();
+}
+
 void IncrementalSmoother::persist(io::StateWriter& archive, const IncrementalSmoother& self) {
   archive(*self.belief_);
 }

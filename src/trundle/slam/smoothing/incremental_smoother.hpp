@@ -69,6 +69,8 @@ class IncrementalSmoother {
   /// Of poses in the window alone; what was marginalised is no part of it.
   [[nodiscard]] const SmoothingProblem& problem() const;
   [[nodiscard]] SmoothingState state() const;
+  /// Whether anything was.
+  [[nodiscard]] bool has_marginalised() const;
 
   /// Its state, for io/archive.hpp: one of the same sensor and options continues with it to the last bit.
   static void persist(io::StateWriter& archive, const IncrementalSmoother& self);

@@ -39,12 +39,6 @@ std::vector<MappedLandmark> map_of(const Track& track, const SmoothingProblem& p
   return map;
 }
 
-std::size_t outliers_at(const SmoothingProblem& problem, const SmoothingState& state) {
-  return static_cast<std::size_t>(std::ranges::count_if(problem.sightings, [&](const SightingLink& link) {
-    return sighting_residual(problem, link, state).error.squaredNorm() > problem.gate;
-  }));
-}
-
 /// The recording as a smoothing problem, with what its sightings are said to show.
 class Smoothing {
  public:
@@ -107,15 +101,12 @@ SmoothedSlam Smoothing::result(const Found& found) {
   add_systematic(state, *minimiser_, systematic_, static_cast<int>(state.poses.size()) - 1, result.last);
   result.bias = track_.biases(state, *minimiser_);
   for (BiasEstimate& bias : result.bias) bias.rad_s += systematic_.bias();
-  result.sensor = sensor_scores(problem_, state, *minimiser_);
-  result.counts = {.poses = track_.keyframes(),
-                   .sightings = problem_.sightings.size(),
-                   .outliers = outliers_at(problem_, state),
-                   .cost = found.minimum.cost,
-                   .degrees_of_freedom = degrees_of_freedom(problem_),
-                   .iterations = found.minimum.iterations,
-                   .starts = found.starts,
-                   .converged = found.minimum.converged};
+  const SmootherFit fit = fit_at(problem_, state, *minimiser_);
+  result.sensor = fit.sensor;
+  result.counts = fit.counts;
+  result.counts.iterations = found.minimum.iterations;
+  result.counts.starts = found.starts;
+  result.counts.converged = found.minimum.converged;
   return result;
 }
 

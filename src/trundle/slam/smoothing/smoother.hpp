@@ -1,9 +1,8 @@
 #pragma once
 
 #include "trundle/slam/slam.hpp"
-#include "trundle/slam/smoothing/sensor_score.hpp"
 #include "trundle/slam/smoothing/shown.hpp"
-#include "trundle/slam/smoothing/solver/smoothing_problem.hpp"
+#include "trundle/slam/smoothing/smoother_fit.hpp"
 
 namespace trundle::slam {
 
@@ -18,18 +17,6 @@ struct SmootherOptions {
   double gate = kDefaultGate;  ///< NIS beyond which a sighting has less weight than its square: an outlier
   int most_iterations = 100;
   double enough = 1e-4;  ///< the cost, a χ², that a further step is expected to gain
-};
-
-/// How the minimisation went.
-struct SmootherCounts {
-  std::size_t poses = 0;  ///< at which something was seen: the unknowns; the others lie between them
-  std::size_t sightings = 0;
-  std::size_t outliers = 0;    ///< of them, those whose NIS is beyond the gate
-  double cost = 0.0;           ///< docs/theory/smoother.md, eq. 4
-  int degrees_of_freedom = 0;  ///< what the cost should be near
-  int iterations = 0;          ///< of the start that was kept
-  std::size_t starts = 0;      ///< from how many places it was started
-  bool converged = false;
 };
 
 /// The most probable trajectory and map given everything that was seen, before and after.

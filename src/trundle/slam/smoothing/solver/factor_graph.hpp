@@ -51,6 +51,8 @@ class FactorGraph {
   [[nodiscard]] const SmoothingProblem& problem() const { return problem_; }
   /// Its solution so far.
   [[nodiscard]] SmoothingState state() const;
+  /// Whether anything was.
+  [[nodiscard]] bool has_marginalised() const { return !priors_.empty(); }
   [[nodiscard]] const LandmarkSensor& sensor() const { return problem_.sensors.front(); }
   [[nodiscard]] int poses() const { return problem_.poses; }
   [[nodiscard]] int landmarks() const { return problem_.landmarks; }
