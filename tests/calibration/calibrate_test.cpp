@@ -113,6 +113,11 @@ TEST(Calibrate, HoldOutRunsAreEvaluatedButNotLearnedFrom) {
   EXPECT_EQ(parameter(alone, "track").value, parameter(with, "track").value);
   ASSERT_TRUE(with.runs.back().hold_out);
   EXPECT_LT(with.runs.back().after->position_rms_m, 0.2 * with.runs.back().before->position_rms_m);
+  const auto of_errors = Contains(HasSubstr("no error of the runs that were held out"));
+  EXPECT_THAT(with.notes, Not(of_errors));
+  std::vector<Recording> without_headings = tour;
+  std::ranges::fill(without_headings.front().reference.heading_rad, recording::kNotMeasured);
+  EXPECT_THAT(calibrate(runs, without_headings, nominal_differential()).notes, of_errors);
 }
 
 TEST(Calibrate, ClosedSquaresCannotShowTheMeanDiameter) {

@@ -21,7 +21,7 @@ struct StampedPose {
 /// Poses in time order, with the covariance of (x, y, heading) in world axes where it is known.
 struct Trajectory {
   std::vector<StampedPose> poses;
-  std::vector<Matrix3> covariances;  ///< one for each pose, or none at all
+  std::vector<Matrix3> covariances = {};  ///< one for each pose, or none at all
 
   [[nodiscard]] bool has_covariance() const { return !covariances.empty(); }
 

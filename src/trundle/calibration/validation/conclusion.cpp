@@ -147,6 +147,9 @@ void add_errors(CalibrationResult& result) {
     const std::vector<ErrorBeforeAfter> of_set = errors_of(result.runs, hold_out);  // rms, worst
     if (!of_set.empty()) warn_if_worse(of_set.front(), result);
     errors.insert(errors.end(), of_set.begin(), of_set.end());
+    if (hold_out && of_set.empty() && std::ranges::any_of(result.runs, &RunResult::hold_out))
+      result.notes.emplace_back(
+          "no error of the runs that were held out: it takes a reference with x, y and heading");
   }
   if (const auto e_max = maximum_error_of(result.runs)) {
     result.e_max_before_m = e_max->before_m;
