@@ -79,6 +79,10 @@ bool is_positive_definite(const MatrixXd& A) {
   return A.llt().info() == Eigen::Success;
 }
 
+bool is_positive_semidefinite(const MatrixXd& A) {
+  return A.ldlt().isPositive();
+}
+
 std::optional<GaussianMisfit> gaussian_misfit(const VectorXd& b, const MatrixXd& A) {
   const Eigen::LLT<MatrixXd> cholesky(A);
   if (cholesky.info() != Eigen::Success) return std::nullopt;

@@ -48,6 +48,8 @@ struct RightSingularVectors {
 [[nodiscard]] Eigen::MatrixXd divide_cholesky(const Eigen::MatrixXd& B, const Eigen::MatrixXd& A);
 /// Whether the symmetric A (n×n), of which the lower triangle is read, has a Cholesky factor.
 [[nodiscard]] bool is_positive_definite(const Eigen::MatrixXd& A);
+/// Whether the symmetric A (n×n), of which the lower triangle is read, has no negative pivot.
+[[nodiscard]] bool is_positive_semidefinite(const Eigen::MatrixXd& A);
 /// What b (n) is worth where its covariance is A (n×n).
 struct GaussianMisfit {
   double squared_mahalanobis = 0.0;  ///< bᵀ A⁻¹ b

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include <Eigen/Cholesky>
-
 #include "trundle/geometry/decompositions.hpp"
 
 namespace trundle::calibration {
@@ -64,7 +62,7 @@ void ParityFilter::measure(const Contradiction& ended, Odometer& odometer, Sensi
   // Ways become sure only later, and then their variances may contradict each other: no covariance is as
   // large. They count as independent then.
   Eigen::MatrixXd S = options_.variance_factor * ended.S;
-  const bool common = sum_.with_pose.cols() > 0 && (S - sum_.lessened).ldlt().isPositive();
+  const bool common = sum_.with_pose.cols() > 0 && is_positive_semidefinite(S - sum_.lessened);
   Eigen::VectorXd innovation = -ended.y;
   Eigen::MatrixXd J = -ended.J;
   if (common) {
@@ -84,7 +82,7 @@ void ParityFilter::measure(const Contradiction& ended, Odometer& odometer, Sensi
   if (!common) return;
   const CommonError K = sum_.with_pose * W;
   const Matrix3 lessened = K * sum_.with_pose.transpose();
-  if (!(odometer.white_covariance() - lessened).ldlt().isPositive()) return;
+  if (!is_positive_semidefinite(odometer.white_covariance() - lessened)) return;
   PoseSensitivity sensitivity = odometer.sensitivity() - K * J;
   for (std::size_t j = 0; j < errors.of_sum().size(); ++j)
     sensitivity.col(static_cast<Eigen::Index>(j)) += errors.of_sum()[j].pose_sum * weighed;

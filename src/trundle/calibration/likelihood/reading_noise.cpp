@@ -4,9 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include <Eigen/QR>
-
 #include "trundle/chassis/rows.hpp"
+#include "trundle/geometry/decompositions.hpp"
 #include "trundle/geometry/squared.hpp"
 
 namespace trundle::calibration {
@@ -60,7 +59,7 @@ ReadingNoise noise_in_readings(const recording::Increments& increments, const Ch
   if (n == 0) return noise;
   // Onto what a motion can do: wheels that contradict each other move nothing.
   const Eigen::MatrixXd H = skid.H;
-  const Eigen::MatrixXd by_motion = H * H.completeOrthogonalDecomposition().pseudoInverse();
+  const Eigen::MatrixXd by_motion = H * pseudo_inverse(H);
   const auto ways_of = [&](const Increment& increment) {
     RowVector ways(n);
     for (Eigen::Index i = 0; i < n; ++i) {
