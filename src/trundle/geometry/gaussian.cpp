@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include <Eigen/Cholesky>
+
 namespace trundle::geometry {
 
 Matrix3 world_from_body_axes(const Pose2& pose) {
@@ -36,6 +38,10 @@ double position_sigma(const Matrix2& covariance) {
 
 double position_sigma(const Matrix3& covariance) {
   return position_sigma(Matrix2(covariance.topLeftCorner<2, 2>()));
+}
+
+double squared_mahalanobis(const Vector2& v, const Matrix2& S) {
+  return v.dot(S.llt().solve(v));
 }
 
 }  // namespace trundle::geometry

@@ -27,4 +27,7 @@ struct GaussianPose {
 [[nodiscard]] double position_sigma(const Matrix2& covariance);
 [[nodiscard]] double position_sigma(const Matrix3& covariance);
 
+/// vᵀ S⁻¹ v: the squared Mahalanobis distance of v from zero, where S is its covariance.
+[[nodiscard]] double squared_mahalanobis(const Vector2& v, const Matrix2& S);
+
 }  // namespace trundle::geometry

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
+
+#include "trundle/geometry/gaussian.hpp"
 
 namespace trundle::slam {
 
@@ -98,7 +99,7 @@ void EkfSlam::gate() {
   for (std::size_t k = 0; k < matches.size(); ++k) {
     const auto row = 2 * static_cast<Index>(k);
     const Vector2& nu = matches[k].innovation;
-    const double nis = nu.dot(Matrix2(S.block<2, 2>(row, row)).llt().solve(nu));
+    const double nis = squared_mahalanobis(nu, S.block<2, 2>(row, row));
     report_.observations[matches[k].observation] = {
         nis <= options_.gate ? Decision::matched : Decision::rejected, kUnknownLandmark, nu, nis};
   }

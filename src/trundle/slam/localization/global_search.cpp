@@ -5,9 +5,9 @@
 #include <limits>
 #include <optional>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "trundle/geometry/gaussian.hpp"
 #include "trundle/slam/localization/pair_prediction.hpp"
 #include "trundle/statistics/distribution.hpp"
 
@@ -292,7 +292,7 @@ class GlobalSearch {
       if (std::ranges::find(explanation.shown, id) != explanation.shown.end()) return;
       const PointInnovation innovation = point_innovation(pose.pose, match_of(points_[i], map_[id]));
       const Matrix2 S = innovation.H * pose.covariance * innovation.H.transpose() + innovation.noise;
-      const double squared = innovation.residual.dot(S.llt().solve(innovation.residual));
+      const double squared = squared_mahalanobis(innovation.residual, S);
       if (squared > best) return;
       best = squared;
       chosen = innovation;

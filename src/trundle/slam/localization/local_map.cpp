@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <limits>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "trundle/geometry/gaussian.hpp"
 #include "trundle/slam/report.hpp"
 
 namespace trundle::slam {
@@ -13,7 +13,7 @@ namespace {
 
 double squared_distance(const SightedPoint& a, const SightedPoint& b) {
   const Vector2 apart = a.in_body - b.in_body;
-  return apart.dot((a.covariance + b.covariance).llt().solve(apart));
+  return squared_mahalanobis(apart, a.covariance + b.covariance);
 }
 
 /// Unidentified readings of one instant show different landmarks.

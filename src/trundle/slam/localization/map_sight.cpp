@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include "trundle/geometry/decompositions.hpp"
@@ -45,7 +44,7 @@ MapSight map_sight(const PoseEstimate& belief, const LandmarkSensor& sensor, con
   const Matrix2& L = sight.expected.by_landmark;
   sight.S = G * belief.covariance * G.transpose() + L * landmark.covariance * L.transpose() +
             reading_covariance(sensor);
-  sight.nis = sight.innovation.dot(sight.S.llt().solve(sight.innovation));
+  sight.nis = squared_mahalanobis(sight.innovation, sight.S);
   sight.log_density = -0.5 * (sight.nis + std::log(sight.S.determinant())) - std::log(2.0 * kPi);
   return sight;
 }

@@ -5,10 +5,10 @@
 #include <optional>
 #include <utility>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include "trundle/geometry/decompositions.hpp"
+#include "trundle/geometry/gaussian.hpp"
 
 namespace trundle::slam {
 namespace {
@@ -97,7 +97,7 @@ MapSight PoseEkf::sight_of(LandmarkId landmark, const Observation& observation) 
   const Matrix2 mixed = sight.expected.by_pose * with_map_.block<3, 2>(0, column_of(landmark)) *
                         sight.expected.by_landmark.transpose();
   sight.S += mixed + mixed.transpose();
-  sight.nis = sight.innovation.dot(sight.S.llt().solve(sight.innovation));
+  sight.nis = squared_mahalanobis(sight.innovation, sight.S);
   sight.log_density = -0.5 * (sight.nis + std::log(sight.S.determinant())) - std::log(2.0 * kPi);
   return sight;
 }

@@ -3,8 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include <Eigen/Cholesky>
-
+#include "trundle/geometry/gaussian.hpp"
 #include "trundle/slam/nth.hpp"
 #include "trundle/slam/smoothing/incremental/incremental_belief.hpp"
 
@@ -203,7 +202,7 @@ void gate(std::span<const std::size_t> shown, std::span<const Observation> obser
     const auto row = 2 * static_cast<Index>(k);
     const Matrix2 S = all.S.block<2, 2>(row, row);
     report.innovation = all.innovation.segment<2>(row);
-    report.nis = report.innovation.dot(S.llt().solve(report.innovation));
+    report.nis = squared_mahalanobis(report.innovation, S);
     report.decision = report.nis <= belief.options.gate ? Decision::matched : Decision::rejected;
   }
 }
