@@ -1,5 +1,6 @@
 #include "trundle/calibration/calibrate.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <gmock/gmock.h>

@@ -265,6 +265,21 @@ TEST(Localizer, StandingAndLookingAgainDoesNotTellWhichLandmarkItIs) {
   }
 }
 
+// Two posts ahead are two posts from the other side as well, turned round. That the sensor could see more
+// from there, if it looked behind it, is no evidence, however often the two are seen.
+TEST(Localizer, HowManyLandmarksAreAboutDoesNotTellWhichWayItLooks) {
+  const LandmarkSensor sensor{{}, 0.03, radians(1.0), 10.0, 0.0};
+  const KnownMap map({{{6.0, 1.5}}, {{6.0, -1.5}}, {{-4.0, 0.0}}, {{-3.0, 2.5}}, {{-2.5, -3.2}}}, 20.0);
+  Localizer localizer(map, sensor, {});
+  const Twist2 ahead{0.25, 0.0, 0.0};
+  for (double x = 0.25; x < 4.6; x += 0.25) {
+    const std::vector<Observation> seen = {sighting_of(sensor, {6.0 - x, 1.5}),
+                                           sighting_of(sensor, {6.0 - x, -1.5})};
+    EXPECT_GE(localizer.step(motion_of(ahead, 1e-6 * Matrix3::Identity()), seen).hypotheses, 2U);
+    ASSERT_FALSE(localizer.estimate()) << x;
+  }
+}
+
 TEST(LocalMap, ALookFromTheSamePlaceIsNoNewsAndMakesNoPointSurer) {
   const LandmarkSensor sensor{{}, 0.1, radians(1.0), 8.0, 0.0};
   LocalMap seen(sensor);

@@ -25,8 +25,7 @@ double log_normal(double squared_distance, const Matrix2& covariance) {
 /// A hypothesis, and which landmark each point shows by it.
 struct Explanation {
   PoseHypothesis hypothesis;
-  double in_view = 1.0;  ///< landmarks that the sensor can see from there
-  double misfit = 0.0;   ///< χ² of the points that show landmarks
+  double misfit = 0.0;  ///< χ² of the points that show landmarks
   std::vector<LandmarkId> shown = {};
 };
 
@@ -41,9 +40,11 @@ class GlobalSearch {
         sensor_(sensor),
         options_(options),
         log_space_(std::log(2.0 * kPi * map.area_m2(sensor.max_range_m))),
-        most_gains_(map.size() + 1),
         is_tried_(points_.size(), false) {
     for (const SightedPoint& point : points_) repeats_.push_back(repeats_of(point));
+    for (std::size_t i = 0; i < points_.size(); ++i)
+      most_gains_.push_back(is_usable(points_[i], map_) ? gain(i, log_normal(0.0, points_[i].covariance))
+                                                        : 0.0);
   }
 
   FoundPoses run() {
@@ -67,7 +68,6 @@ class GlobalSearch {
         Vector3(place_m * place_m, place_m * place_m, heading_rad * heading_rad).asDiagonal();
     hypothesis.log_odds =
         0.5 * std::log(hypothesis.pose.covariance.determinant()) + 1.5 * std::log(2.0 * kPi) - log_space_;
-    here.in_view = in_view_of((pose.pose * sensor_.body_from_sensor).translation());
     add_points(here, std::vector<double>(points_.size()), -std::numeric_limits<double>::infinity());
     return hypothesis.log_odds;
   }
@@ -108,8 +108,7 @@ class GlobalSearch {
     if (is_explained(pair, first, second) || is_hopeless(pair, prediction, first, second)) return false;
     auto explanation = from_pair(pair, first, second);
     if (!explanation) return false;
-    const std::vector<double>& most = most_gains(explanation->in_view);
-    if (!add_points(*explanation, most, least_log_odds())) return false;
+    if (!add_points(*explanation, most_gains_, least_log_odds())) return false;
     keep(std::move(*explanation));
     return kept_.size() == kMostHypotheses &&
            std::ranges::all_of(kept_, [&](const Explanation& kept) { return explains_all(kept); });
@@ -160,33 +159,22 @@ class GlobalSearch {
     return chi_squared_limit(std::exp(-0.5 * options_.gate), freedom);
   }
 
-  double in_view_of(const Vector2& sensor_in_map) const {
-    return std::max(1.0, static_cast<double>(map_.places().count_within(sensor_in_map, sensor_.max_range_m)));
-  }
   /// log of the density of a point that is no landmark of the map, or has a wrong name: anywhere in sight.
   double log_chance(const SightedPoint& point) const {
     const double names = point.landmark == kUnknownLandmark ? 1.0 : static_cast<double>(map_.size());
     return -std::log(kPi * sensor_.max_range_m * sensor_.max_range_m * names);
   }
   /// Of one that is: any of those in view, where it has no name.
-  double log_landmark(const SightedPoint& point, double in_view) const {
+  double log_landmark(const SightedPoint& point) const {
     const bool named = point.landmark != kUnknownLandmark;
-    return std::log1p(-options_.outlier_share) - (named ? 0.0 : std::log(in_view));
+    return std::log1p(-options_.outlier_share) - (named ? 0.0 : std::log(map_.most_in_view()));
   }
   /// Eq. 49 of one point, of which `log_density` is that of its landmark.
-  double gain(std::size_t i, double log_density, double in_view) const {
-    const double log_ratio = log_density + log_landmark(points_[i], in_view) - log_chance(points_[i]);
+  double gain(std::size_t i, double log_density) const {
+    const double log_ratio = log_density + log_landmark(points_[i]) - log_chance(points_[i]);
     return std::log(std::exp(log_ratio) + options_.outlier_share) / repeats_[i];
   }
   double loss(std::size_t i) const { return std::log(options_.outlier_share) / repeats_[i]; }
-  /// Of each point, where a landmark is exactly where it should be.
-  const std::vector<double>& most_gains(double in_view) {
-    std::vector<double>& gains = most_gains_[static_cast<std::size_t>(in_view)];
-    for (std::size_t i = gains.size(); i < points_.size(); ++i)
-      gains.push_back(is_usable(points_[i], map_) ? gain(i, log_normal(0.0, points_[i].covariance), in_view)
-                                                  : 0.0);
-    return gains;
-  }
 
   /// Eq. 49a: were all landmarks that lie near enough exactly where they should be, it would still be too
   /// little.
@@ -195,19 +183,16 @@ class GlobalSearch {
     const Vector2& from = map_[first].position;
     const Vector2& to = map_[second].position;
     const Baseline baseline = Baseline::between(from, to, prediction.share);
-    const Vector2 sensor = prediction.in_body.coordinates_of(sensor_.body_from_sensor.translation());
-    const double in_view = in_view_of(baseline * sensor);
-    const std::vector<double>& gains = most_gains(in_view);
     const double mismatch = (to - from).norm() - pair.baseline_m;
     double most = prediction.log_most - log_space_ -
                   0.5 * mismatch * mismatch / (pair.variance() + 2.0 * map_.largest_variance());
     for (const std::size_t i : {pair.first, pair.second})
-      most += log_landmark(points_[i], in_view) - log_chance(points_[i]);
-    for (const auto& expected : prediction.others) most += gains[expected.point];
+      most += log_landmark(points_[i]) - log_chance(points_[i]);
+    for (const auto& expected : prediction.others) most += most_gains_[expected.point];
     const double least = least_log_odds();
     for (const auto& [i, at, radius_m] : prediction.others) {
       if (most <= least) return true;
-      if (!may_show(points_[i], baseline * at, radius_m)) most += loss(i) - gains[i];
+      if (!may_show(points_[i], baseline * at, radius_m)) most += loss(i) - most_gains_[i];
     }
     return most <= least;
   }
@@ -227,9 +212,8 @@ class GlobalSearch {
     hypothesis.log_odds = -0.5 * (fit->misfit + fit->log_noise) - 2.0 * std::log(2.0 * kPi) +
                           0.5 * std::log(fit->covariance.determinant()) + 1.5 * std::log(2.0 * kPi) -
                           log_space_;
-    explanation.in_view = in_view_of((fit->map_from_body * sensor_.body_from_sensor).translation());
     for (const std::size_t i : {pair.first, pair.second})
-      hypothesis.log_odds += log_landmark(points_[i], explanation.in_view) - log_chance(points_[i]);
+      hypothesis.log_odds += log_landmark(points_[i]) - log_chance(points_[i]);
     hypothesis.matched = 2;
     explanation.misfit = fit->misfit;
     explanation.shown.assign(points_.size(), kUnknownLandmark);
@@ -248,7 +232,7 @@ class GlobalSearch {
     double& log_odds = explanation.hypothesis.log_odds;
     for (std::size_t i = points_.size(); i-- > 0;) {
       if (explanation.shown[i] != kUnknownLandmark || !is_usable(points_[i], map_)) continue;
-      log_odds += gain(i, take(explanation, i), explanation.in_view);
+      log_odds += gain(i, take(explanation, i));
       to_come -= most[i];
       if (log_odds + to_come <= least) return false;
     }
@@ -327,13 +311,12 @@ class GlobalSearch {
   const KnownMap& map_;
   const LandmarkSensor& sensor_;
   const MapSightOptions& options_;
-  double log_space_;             ///< of the poses that there are
-  std::vector<double> repeats_;  ///< of each point: how many are in its place
-  std::vector<std::vector<double>>
-      most_gains_;                 ///< by the landmarks in view, of each point; or not yet asked
-  std::vector<bool> is_tried_;     ///< of each point: all hypotheses from a pair with it
-  std::vector<Explanation> kept_;  ///< the most probable first
-  double best_ = 0.0;              ///< log odds of the best one found, or of none
+  double log_space_;                ///< of the poses that there are
+  std::vector<double> repeats_;     ///< of each point: how many are in its place
+  std::vector<double> most_gains_;  ///< of each point, were its landmark exactly where it should be
+  std::vector<bool> is_tried_;      ///< of each point: all hypotheses from a pair with it
+  std::vector<Explanation> kept_;   ///< the most probable first
+  double best_ = 0.0;               ///< log odds of the best one found, or of none
 };
 
 }  // namespace

@@ -37,6 +37,11 @@ KnownMap::KnownMap(std::vector<KnownLandmark> landmarks, double reach_m, Eigen::
       return false;
     });
   }
+  std::vector<double> in_view(landmarks_.size(), 1.0);
+  for (const Pair& pair : pairs_)
+    if (pair.distance_m <= 0.5 * reach_m)
+      for (const LandmarkId id : {pair.first, pair.second}) in_view[static_cast<std::size_t>(id)] += 1.0;
+  most_in_view_ = std::ranges::max(in_view);
   std::ranges::sort(pairs_, [](const Pair& a, const Pair& b) {
     return std::tie(a.distance_m, a.first, a.second) < std::tie(b.distance_m, b.first, b.second);
   });

@@ -20,10 +20,9 @@ struct KnownLandmark {
 /// two.
 class KnownMap {
  public:
-  /// Two landmarks further apart than `reach_m` are no pair. Throws InputError when there is no landmark or a
-  /// number is none.
-  /// `covariance` of all of them, x and y of each, where they are known together; its blocks on the diagonal
-  /// are then the landmarks' own.
+  /// Two landmarks further apart than `reach_m`, twice the sensor's range, are no pair. Throws InputError
+  /// when there is no landmark or a number is none. `covariance` of all of them, x and y of each, where they
+  /// are known together; its blocks on the diagonal are then the landmarks' own.
   KnownMap(std::vector<KnownLandmark> landmarks, double reach_m, Eigen::MatrixXd covariance = {});
 
   [[nodiscard]] std::size_t size() const { return landmarks_.size(); }
@@ -38,6 +37,8 @@ class KnownMap {
   [[nodiscard]] Matrix2 covariance(LandmarkId one, LandmarkId other) const;
   /// Variance along its worst direction of the landmark that is known least.
   [[nodiscard]] double largest_variance() const { return largest_variance_; }
+  /// How many landmarks may be in view at once: the most within the sensor's range of one of them.
+  [[nodiscard]] double most_in_view() const { return most_in_view_; }
   /// Of the rectangle that holds all landmarks, with a margin [m] on every side.
   [[nodiscard]] double area_m2(double margin_m) const;
 
@@ -61,6 +62,7 @@ class KnownMap {
   std::vector<Pair> pairs_;
   bool exact_ = true;
   double largest_variance_ = 0.0;
+  double most_in_view_ = 1.0;
 };
 
 }  // namespace trundle::slam

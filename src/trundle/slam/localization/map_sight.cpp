@@ -79,11 +79,6 @@ std::vector<LandmarkId> identify(const PoseEstimate& belief, const KnownMap& map
   return landmarks;
 }
 
-double landmarks_in_view(const PoseEstimate& belief, const KnownMap& map, const LandmarkSensor& sensor) {
-  const Vector2 from = (belief.pose * sensor.body_from_sensor).translation();
-  return std::max(1.0, static_cast<double>(map.places().count_within(from, sensor.max_range_m)));
-}
-
 GatedReading gated(const Observation& observation, LandmarkId landmark, const MapSight* sight, double in_view,
                    const LandmarkSensor& sensor, const MapSightOptions& options) {
   GatedReading reading;

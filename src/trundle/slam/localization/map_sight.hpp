@@ -59,10 +59,6 @@ struct LandmarkGain {
                                                const LandmarkSensor& sensor,
                                                std::span<const Observation> observations, double gate);
 
-/// How many landmarks of a map a pose's sensor can see, at least 1.
-[[nodiscard]] double landmarks_in_view(const PoseEstimate& belief, const KnownMap& map,
-                                       const LandmarkSensor& sensor);
-
 /// A reading by what it was taken for.
 struct GatedReading {
   ObservationReport report = {.decision = Decision::rejected};

@@ -19,7 +19,7 @@ std::optional<PairPrediction> prediction_of(const SightedPair& pair, const Local
   if (!fit) return std::nullopt;
   PairPrediction prediction{};
   prediction.share = pair.variance() > 0.0 ? pair.first_variance / pair.variance() : 0.5;
-  prediction.in_body = Baseline::between(ends[0].in_body, ends[1].in_body, prediction.share);
+  const Baseline in_body = Baseline::between(ends[0].in_body, ends[1].in_body, prediction.share);
   prediction.log_most = 0.5 * std::log(fit->covariance.determinant()) - 0.5 * std::log(2.0 * kPi);
   for (const std::size_t i : {pair.first, pair.second})
     prediction.log_most -= 0.5 * std::log(points[i].covariance.determinant());
@@ -27,7 +27,7 @@ std::optional<PairPrediction> prediction_of(const SightedPair& pair, const Local
     if (i == pair.first || i == pair.second || !is_usable(points[i], map)) continue;
     const double radius_m =
         gate_radius({{}, fit->covariance}, point_innovation({}, as_seen(i)), options.gate);
-    prediction.others.push_back({i, prediction.in_body.coordinates_of(points[i].in_body), radius_m});
+    prediction.others.push_back({i, in_body.coordinates_of(points[i].in_body), radius_m});
   }
   std::ranges::stable_sort(prediction.others, {}, &PairPrediction::Expected::radius_m);
   return prediction;

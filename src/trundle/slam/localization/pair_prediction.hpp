@@ -35,9 +35,8 @@ struct PairPrediction {
     double radius_m;  ///< no landmark further away passes the gate
   };
   std::vector<Expected> others;  ///< those that are expected best first
-  Baseline in_body;
-  double share;     ///< of the baseline: where the frame has its origin
-  double log_most;  ///< of the pair's weight, log Z, were there one pose alone
+  double share;                  ///< of the baseline: where the frame has its origin
+  double log_most;               ///< of the pair's weight, log Z, were there one pose alone
 };
 
 /// Nothing where two landmarks as far apart determine no pose.

@@ -106,7 +106,7 @@ MapSight PoseEkf::sight_of(LandmarkId landmark, const Observation& observation) 
 std::vector<PoseEkf::Match> PoseEkf::matches_of(std::span<const Observation> observations,
                                                 std::span<const double> novelty) {
   const auto landmarks = identify(belief_, *map_, sensor_, observations, options_.gate);
-  const double in_view = landmarks_in_view(belief_, *map_, sensor_);
+  const double in_view = map_->most_in_view();
   std::vector<Match> matches;
   for (std::size_t i = 0; i < observations.size(); ++i) {
     if (!may_be_mapped(observations[i], *map_)) continue;

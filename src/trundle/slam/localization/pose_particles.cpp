@@ -158,7 +158,7 @@ const MapStepReport& PoseParticles::step(const Motion& motion, std::span<const O
 PoseParticles::Fitting PoseParticles::improve(PoseEstimate& belief, std::span<const Observation> observations,
                                               std::span<const double> novelty, bool reports) {
   const auto landmarks = identify(belief, *map_, sensor_, observations, options_.sight.gate);
-  const double in_view = landmarks_in_view(belief, *map_, sensor_);
+  const double in_view = map_->most_in_view();
   Fitting here;
   for (std::size_t k = 0; k < observations.size(); ++k) {
     if (!may_be_mapped(observations[k], *map_)) continue;
