@@ -88,6 +88,26 @@ TEST(SteeringUnit, radians_that_were_taken_for_degrees_are_named) {
   EXPECT_THAT(faults_of(recording, robot), ElementsAre(HasSubstr("leave out unit = \"deg\"")));
 }
 
+/// Straight on, on the spot, and in curves.
+Recording drive_with_turns_on_the_spot(const Robot& robot) {
+  Scenario scenario;
+  scenario.nominal = scenario.truth = robot;
+  for (const double sense : {1.0, -1.0})
+    for (const auto& [length_m, turn_rad] : {std::pair{3.0, 0.0}, {0.0, 3.0}, {3.0, 2.0}})
+      scenario.path.push_back({{length_m, 0.0, sense * turn_rad}, 4.0});
+  scenario.steering = Steering::truth;
+  return simulate(scenario).recording;
+}
+
+/// By either the turns are some tens of times too far.
+TEST(SteeringUnit, is_not_blamed_for_a_diameter_in_inches) {
+  const Robot truth = robot_of("tricycle", true);
+  const Recording recording = drive_with_turns_on_the_spot(truth);
+  Robot robot = truth;
+  for (Wheel& wheel : robot.chassis.wheels()) wheel.diameter_m /= 0.0254;
+  EXPECT_THAT(faults_of(recording, robot), ElementsAre(HasSubstr("times as far as the wheels")));
+}
+
 /// Where a steering has its zero is nothing of its unit.
 TEST(SteeringUnit, of_a_steering_whose_zero_is_elsewhere_is_left_alone) {
   const Robot robot = robot_of("tricycle", false);

@@ -23,10 +23,11 @@ bool shows_turns(const Chassis& chassis) {
   return observability(rows_of(chassis, false)).rank == 3;
 }
 
+constexpr double kAgree = 0.9;  // correlation: 81 % of the variance
+
 /// Whether the wheels would turn the robot as what else sees it turn, the angles being so many times as
 /// large.
 bool agrees_if_times(double factor, const Recording& recording, const Robot& robot) {
-  constexpr double kAgree = 0.9;  // correlation: 81 % of the variance
   Recording reread = recording;
   for (WheelSeries& steering : reread.wheels.steering)
     if (is_in_radians(steering))
@@ -102,7 +103,9 @@ std::optional<Finding> wrong_steering_unit(const Recording& recording, const Rob
   Finding finding{
       .code = FindingCode::steering_unit, .place = recording.wheels.origin.file, .subjects = columns};
   const double degree = kPi / 180.0;
-  if (agrees_if_times(degree, recording, robot))
+  // Angles 57 times too large turn it to all sides; wheels that are too large turn it too far, and rightly.
+  const bool turns_rightly = std::abs(turns->correlation()) > kAgree;
+  if (!turns_rightly && agrees_if_times(degree, recording, robot))
     finding.payload = payload::Times{degree};
   else if (agrees_if_times(1.0 / degree, recording, robot))
     finding.payload = payload::Share{1.0 / degree};
