@@ -313,6 +313,20 @@ TEST(Findings, a_column_of_no_wheel_is_named_where_recording_toml_asks_for_it) {
               ElementsAre(finding(FindingCode::unknown_wheel, "is 'right' meant?")));
 }
 
+TEST(Findings, angles_of_a_wheel_that_is_not_steered_are_named) {
+  Robot robot = test::two_wheels();
+  Recording recording = tour(robot_with_gyro(0.0));
+  WheelSeries angles = recording.wheels.series.front();
+  angles.unit = recording::WheelUnit::radians;
+  std::ranges::fill(angles.value, 0.1);
+  recording.wheels.steering.push_back(angles);
+  EXPECT_THAT(find_in(recording, &robot).problems,
+              ElementsAre(finding(FindingCode::unused_steering, "left_steering_rad is not used")));
+  robot.chassis.wheels().front().steering = SteeringSensor{};
+  EXPECT_THAT(find_in(recording, &robot).problems,
+              Not(Contains(finding(FindingCode::unused_steering, "not used"))));
+}
+
 Finding gap_at(const std::string& place) {
   return {.code = FindingCode::gap,
           .place = place,

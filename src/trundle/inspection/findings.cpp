@@ -18,6 +18,7 @@
 #include "trundle/inspection/sighting_checks.hpp"
 #include "trundle/inspection/steering_unit.hpp"
 #include "trundle/io/error.hpp"
+#include "trundle/recording/csv/detail/streams.hpp"
 
 namespace trundle::inspection {
 namespace {
@@ -65,6 +66,17 @@ void find_stray_wheels(const Recording& recording, const Robot& robot, std::vect
       stray.subjects.push_back(nearest);
     problems.push_back(stray);
   }
+}
+
+/// Angles of wheels that stay where they are by the robot file.
+void find_unused_steering(const Recording& recording, const Robot& robot, std::vector<Finding>& problems) {
+  const auto wheels = robot.chassis.all_wheels();
+  for (const WheelSeries& series : recording.wheels.steering)
+    for (std::size_t i = 0; i < wheels.size(); ++i)
+      if (!wheels[i].steering && wheel_name(robot, i) == series.wheel)
+        problems.push_back({.code = FindingCode::unused_steering,
+                            .place = place_of_wheel(robot, i),
+                            .subjects = {steering_column_name(series), series.wheel}});
 }
 
 /// Counts of wheels of which nothing says what a count is.
@@ -291,6 +303,7 @@ void compare(const Recording& recording, const Robot& robot, Findings& findings)
   findings.abilities = abilities_of(robot, robot.chassis.gyro && !recording.gyro.time_s.empty());
   find_wheels_in_one_place(robot, findings.problems);
   find_stray_wheels(recording, robot, findings.problems);
+  find_unused_steering(recording, robot, findings.problems);
   find_unscaled_wheels(recording, robot, findings.problems);
   if (is_misread(findings)) return;
   const std::optional<Overview> overview = overview_if_possible(recording, robot);

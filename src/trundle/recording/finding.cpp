@@ -52,6 +52,7 @@ constexpr std::pair<FindingCode, std::string_view> kNames[] = {
     {FindingCode::gyro_sign, "gyro sign"},
     {FindingCode::gyro_against_wheels, "gyro against wheels"},
     {FindingCode::unknown_wheel, "unknown wheel"},
+    {FindingCode::unused_steering, "unused steering"},
     {FindingCode::swapped_channels, "wiring"},
     {FindingCode::misplaced_channel, "wiring"},
     {FindingCode::reversed_counter, "wiring"},

@@ -64,6 +64,7 @@ enum class FindingCode {
   gyro_against_wheels,
   // of the robot file
   unknown_wheel,
+  unused_steering,           ///< of a wheel that the robot file has not as steered
   swapped_channels,          ///< of two encoders
   misplaced_channel,         ///< it carries the signal of another encoder
   reversed_counter,          ///< of a wheel that is recorded in counts

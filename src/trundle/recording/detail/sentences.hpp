@@ -214,6 +214,9 @@ inline constexpr Sentence kSentences[] = {
      "the robot file has no wheel '{subject}', so that column is not used: is '{other}' meant?"},
     {unknown_wheel, with<Names>,
      "the robot file has no wheel '{subject}', so that column is not used: its wheels are {names}"},
+    {unused_steering, alone,
+     "{subject} is not used, for the robot file does not have '{other}' as steered: write steered = true "
+     "there"},
     {swapped_channels, alone,
      "encoder channels look swapped: '{subject}' and '{other}' carry each other's signal: swap the two "
      "columns in recording.toml, or the two wheels in the robot file"},
