@@ -105,7 +105,8 @@ TEST(SteeringUnit, is_not_blamed_for_a_diameter_in_inches) {
   const Recording recording = drive_with_turns_on_the_spot(truth);
   Robot robot = truth;
   for (Wheel& wheel : robot.chassis.wheels()) wheel.diameter_m /= 0.0254;
-  EXPECT_THAT(faults_of(recording, robot), ElementsAre(HasSubstr("times as far as the wheels")));
+  EXPECT_THAT(faults_of(recording, robot),
+              ElementsAre(HasSubstr("x_m and steering_scale of steered wheels")));
 }
 
 /// Where a steering has its zero is nothing of its unit.

@@ -1,7 +1,9 @@
 #include "trundle/inspection/detail/gyro_checks.hpp"
 
 #include <cmath>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "trundle/calibration/preparation/reversed_wheel.hpp"
 #include "trundle/odometry/gyro_noise.hpp"
@@ -27,6 +29,13 @@ Finding reversal(std::size_t wheel, const Recording& recording, Robot robot) {
   Finding finding = turn_around(wheel, in_ticks, robot);
   finding.place = recording.wheels.origin.file;
   return finding;
+}
+
+/// By which keys of the robot file, besides those of travel, its wheels turn it farther or less far.
+std::vector<std::string> sizes_of_turns(const Chassis& chassis) {
+  std::vector<std::string> keys = {"y_m (half the track)"};
+  if (is_steered(chassis)) keys.emplace_back("x_m and steering_scale of steered wheels");
+  return keys;
 }
 
 }  // namespace
@@ -72,6 +81,7 @@ void compare_gyro(const Recording& recording, const Robot& robot, const Overview
     problems.push_back(std::move(contrary));
   else if (pairs->correlation() > kTurnsAgree) {
     contrary.payload = payload::Times{pairs->slope()};
+    contrary.subjects = sizes_of_turns(robot.chassis);
     problems.push_back(std::move(contrary));
   }
 }

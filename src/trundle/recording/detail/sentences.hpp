@@ -206,8 +206,8 @@ inline constexpr Sentence kSentences[] = {
      "the wheels do not turn the robot as the gyro sees it turn: is every column that of its wheel, and "
      "time_offset_s of the gyro right?"},
     {gyro_against_wheels, with<Times>,
-     "the gyro turns {times} times as far as the wheels with the robot file as given: check y_m (half "
-     "the track), ticks_per_revolution, gears and diameters"},
+     "the gyro turns {times} times as far as the wheels with the robot file as given: check {subjects}, "
+     "ticks_per_revolution, gears and diameters"},
 
     // of the robot file
     {unknown_wheel, alone,
