@@ -3,7 +3,7 @@
 
 usage: tools/mistakes.py PROGRAM [MISTAKES.md] [--only WORDS] [--keep FOLDER] [--jobs N]
 
-Robots whose truth is known drive: the differential one of data/demo, and two that are simulated here. Their logs are
+Robots whose truth is known drive: the differential one of data/demo, and four that are simulated here. Their logs are
 described by a robot file and a recording.toml that are right but for one mistake; `trundle run` calibrates on all runs
 but one and takes that one through every stage. A mistake is
 
@@ -13,9 +13,10 @@ but one and takes that one through every stage. A mistake is
   uncertain        nobody names it, but the error bars that are stated hold the truth (three sigmas of the worst number)
   SILENT           numbers are wrong, and nothing is said
 
-Right are the counts that a wheel makes as the robot rolls a metre or turns a radian, and the scale of the gyro, to
-within 1 %; of a mistake about landmarks, the map to within 0.1 m. With MISTAKES.md what is not named is written between
-the marks in it, and the whole table beside it, MISTAKES.csv. The exit code is 1 where a mistake is silent, or the program fails.
+Right are the counts that a wheel makes as the robot rolls a metre or turns a radian, the angle that a steering's reading
+stands for, and the scale of the gyro, to within 1 % or 0.01 rad; of a mistake about landmarks, the map to within 0.1 m.
+With MISTAKES.md what is not named is written between the marks in it, and the whole table beside it, MISTAKES.csv. The
+exit code is 1 where a mistake is silent, or the program fails.
 """
 import argparse
 import cmath
@@ -35,6 +36,8 @@ ROOT = Path(__file__).resolve().parent.parent
 BEGIN, END = "<!-- mistakes: begin -->", "<!-- mistakes: end -->"
 RIGHT = 0.01  # of the truth; without a mistake 0.002 is left
 RIGHT_MAP_M = 0.1
+# A refusal that names a parameter where the runs fit none.
+NO_CAUSE = re.compile(r"they do not determine it|the search does not settle|nothing can be estimated")
 STREAMS = ("wheels", "gyro", "reference", "sightings")
 
 PACE = """
@@ -70,13 +73,7 @@ direction_deg = 30
 wheel_per_sqrt_m = 0.001
 """.replace("[[wheel]]\n", '[[wheel]]\nkind = "omni"\ndiameter_m = 0.06\nticks_per_revolution = 1000\ntick_bits = 16\n')
 
-OMNI_DRIVES = PACE + """
-[truth.wheel.a]
-diameter_m = 0.0606
-[truth.wheel.b]
-x_m = -0.204
-[truth.wheel.c]
-diameter_m = 0.0596
+REFERENCE = """
 [truth.gyro]
 bias_rad_s = 0.01
 scale = 1.005
@@ -84,6 +81,16 @@ scale = 1.005
 rate_hz = 5
 position_sigma_m = 0.001
 heading_sigma_deg = 0.1
+"""
+
+OMNI_DRIVES = PACE + """
+[truth.wheel.a]
+diameter_m = 0.0606
+[truth.wheel.b]
+x_m = -0.204
+[truth.wheel.c]
+diameter_m = 0.0596
+""" + REFERENCE + """
 [[run]]
 name = "tour"
 repeat = 4
@@ -96,6 +103,116 @@ length_m = 20
 box_x_m = 5
 box_y_m = 5
 sideways = true
+"""
+
+TRICYCLE = """
+[[wheel]]
+name = "front"
+x_m = 0.4
+diameter_m = 0.2
+ticks_per_revolution = 1000
+tick_bits = 16
+steered = true
+[[wheel]]
+name = "left"
+y_m = 0.2
+passive = true
+[[wheel]]
+name = "right"
+y_m = -0.2
+passive = true
+[gyro]
+[noise]
+wheel_per_sqrt_m = 0.002
+"""
+
+TRICYCLE_DRIVES = PACE.replace("= 0.3", "= 0.6") + """
+[truth.wheel.front]
+x_m = 0.404
+diameter_m = 0.2012
+steering_zero_deg = 0.8
+steering_scale = 1.01
+""" + REFERENCE + """
+[[run]]
+name = "tour"
+repeat = 4
+[[run.path]]
+drive = "pause"
+duration_s = 3
+[[run.path]]
+drive = "tour"
+length_m = 20
+box_x_m = 5
+box_y_m = 5
+"""
+
+CAR = """
+[[wheel]]
+name = "left"
+y_m = 0.2
+diameter_m = 0.2
+ticks_per_revolution = 1000
+tick_bits = 16
+[[wheel]]
+name = "right"
+y_m = -0.2
+diameter_m = 0.2
+ticks_per_revolution = 1000
+tick_bits = 16
+[[wheel]]
+name = "front"
+x_m = 0.4
+passive = true
+steered = true
+steering_ticks_per_revolution = 4096
+[gyro]
+[noise]
+wheel_per_sqrt_m = 0.002
+"""
+
+CAR_DRIVES = PACE.replace("= 0.3", "= 0.6").replace("odometry", "truth") + """
+[steered_wheels]
+unit = "ticks"
+[truth]
+track_m = 0.404
+[truth.wheel.left]
+diameter_m = 0.2012
+[truth.wheel.right]
+diameter_m = 0.1994
+[truth.wheel.front]
+x_m = 0.404
+steering_zero_deg = 0.8
+steering_scale = 1.01
+""" + REFERENCE + """
+[[run]]
+name = "tour"
+repeat = 4
+[[run.path]]
+drive = "pause"
+duration_s = 3
+[[run.path]]
+drive = "straight"
+length_m = 2
+[[run.path]]
+drive = "figure_eight"
+radius_m = 0.4
+[[run.path]]
+drive = "figure_eight"
+radius_m = 1
+[[run.path]]
+drive = "figure_eight"
+radius_m = 0.4
+[[run.path]]
+drive = "arc"
+length_m = 2
+angle_deg = -60
+[[run.path]]
+drive = "straight"
+length_m = -2
+[[run.path]]
+drive = "arc"
+length_m = -2
+angle_deg = -60
 """
 
 TAPE_DRIVES = PACE + """
@@ -202,8 +319,9 @@ class Case:
     def __init__(self, robot, truth, folders, subject):
         self.robot, self.truth, self.subject = robot, truth, subject
         self.landmarks = None
+        self.usual = None  # what is said without a mistake
         self.with_sightings = False  # the map costs time, and only mistakes about it need it
-        self.logs, self.partial, self.maps, self.texts = {}, {}, {}, {}
+        self.logs, self.partial, self.maps, self.texts, self.changes = {}, {}, {}, {}, {}
         for folder in folders:
             self.logs[folder.name] = {name: read_table(folder / f"{name}.csv") for name in STREAMS
                                       if (folder / f"{name}.csv").exists()}
@@ -221,6 +339,7 @@ class Case:
         return [log[stream] for log in self.logs.values() if stream in log]
 
     def change(self, stream, column, function):
+        self.changes.setdefault(column, []).append(function)
         for table in self.each(stream):
             table[column] = [function(value) for value in table[column]]
 
@@ -253,7 +372,8 @@ def robots(program, folder):
     yield "differential", Case(tomllib.loads((demo / "robot.toml").read_text()), truth,
                                sorted(path for path in session.iterdir() if path.is_dir()), "tour")
     tape = (demo / "robot.toml").read_text().split("[landmark_sensor]")[0]
-    for name, robot, drives, subject in (("omni-3", OMNI, OMNI_DRIVES, "tour_04"), ("tape", tape, TAPE_DRIVES, "square_cw_02")):
+    for name, robot, drives, subject in (("omni-3", OMNI, OMNI_DRIVES, "tour_04"), ("tape", tape, TAPE_DRIVES, "square_cw_02"),
+                                         ("tricycle", TRICYCLE, TRICYCLE_DRIVES, "tour_04"), ("car", CAR, CAR_DRIVES, "tour_04")):
         place = folder / name
         place.mkdir(parents=True)
         (place / "robot.toml").write_text(robot)
@@ -267,9 +387,16 @@ def robots(program, folder):
 # ---- Mistakes -----------------------------------------------------------------------------------------------------
 
 MISTAKES = []
+DIFFERENTIAL = ("differential", "tape")
+STEERED = ("tricycle", "car")
+UNSTEERED = ("differential", "omni-3", "tape")
+USUAL = UNSTEERED + ("tricycle",)
+TWO_ENCODERS = UNSTEERED + ("car",)  # and more
+REFERENCED = ("differential", "omni-3", "tricycle")
+SEEING = ("differential",)
 
 
-def mistake(words, sentence, on=("differential", "omni-3", "tape"), file="robot.toml"):
+def mistake(words, sentence, on=USUAL, file="robot.toml"):
     """A function that makes it; what a sentence that names it must match."""
     def add(make):
         MISTAKES.append((file, words, make, re.compile(sentence), on))
@@ -283,11 +410,6 @@ def robot_mistake(words, sentence, make, **options):
 
 def map_mistake(words, sentence, make, **options):
     mistake(words, sentence, file="recording.toml", **options)(make)
-
-
-REFERENCED = ("differential", "omni-3")
-DIFFERENTIAL = ("differential", "tape")
-SEEING = ("differential",)
 
 
 def all_wheels(key, factor):
@@ -337,7 +459,37 @@ def swapped(stream, one, other):
 
 
 def wheel_columns(case):
-    return [column for column in case.maps["wheels"]["columns"] if column != "time_s"]
+    return [column for column in case.maps["wheels"]["columns"] if column != "time_s" and "_steering_" not in column]
+
+
+def steering_column(case):
+    return next(column for column in case.maps["wheels"]["columns"] if "_steering_" in column)
+
+
+def steered(case):
+    return next(wheel for wheel in case.robot["wheel"] if wheel.get("steered"))
+
+
+def steered_keys(**keys):
+    return lambda case: steered(case).update(keys)
+
+
+def steered_times(key, factor):
+    return lambda case: steered(case).update({key: factor * steered(case)[key]})
+
+
+def steering_reads(function):
+    return lambda case: case.change("wheels", steering_column(case), function)
+
+
+def steering_swapped(case):
+    swapped("wheels", steering_column(case), wheel_columns(case)[0])(case)
+
+
+def steering_later(case):
+    for table in case.each("wheels"):
+        angles = table[steering_column(case)]
+        table[steering_column(case)] = [angles[max(row - 2, 0)] for row in range(len(angles))]  # rows of 0.1 s
 
 
 def mapped(stream, **keys):
@@ -405,6 +557,7 @@ def partial_set(run, **keys):
 
 
 SIZE = r"diameter|track|y_m|reference moves|expected metres|which no wheel has|times as far as the wheels"
+PLACE = r"x_m|front\.x comes out|wheelbase"
 COUNTS = r"ticks_per_revolution|times as far"
 CLOCK = r"stamps|time_unit|time_offset|never at the same time|time zone"
 TURN = r"turns|heading|deg"
@@ -415,11 +568,11 @@ robot_mistake("diameter in cm", SIZE, all_wheels("diameter_m", 100))
 robot_mistake("diameter in inches", SIZE, all_wheels("diameter_m", 1 / 0.0254))
 robot_mistake("radius for diameter", SIZE, all_wheels("diameter_m", 0.5))
 robot_mistake("circumference for diameter", SIZE, all_wheels("diameter_m", math.pi))
-robot_mistake("places of the wheels in mm", SIZE + "|x_m", places(1000))
-robot_mistake("places of the wheels in cm", SIZE + "|x_m", places(100))
-robot_mistake("places of the wheels in inches", SIZE + "|x_m", places(1 / 0.0254))
-robot_mistake("track for y_m, which is half of it", SIZE + "|x_m", places(2))
-robot_mistake("a quarter for half of the track", SIZE + "|x_m", places(0.5))
+robot_mistake("places of the wheels in mm", SIZE + "|" + PLACE, places(1000))
+robot_mistake("places of the wheels in cm", SIZE + "|" + PLACE, places(100))
+robot_mistake("places of the wheels in inches", SIZE + "|" + PLACE, places(1 / 0.0254))
+robot_mistake("track for y_m, which is half of it", SIZE + "|" + PLACE, places(2))
+robot_mistake("a quarter for half of the track", SIZE + "|" + PLACE, places(0.5))
 robot_mistake("y to the right", "swapped|upside down|y_m", all_wheels("y_m", -1))
 robot_mistake("y_m of one wheel forgotten", "in one place|track|y_m", lambda case: case.wheel(1).pop("y_m"), on=DIFFERENTIAL)
 robot_mistake("both wheels on the left", "in one place", lambda case: case.wheel(1).update(y_m=0.15), on=DIFFERENTIAL)
@@ -431,7 +584,7 @@ robot_mistake("edges counted twice (x 4)", COUNTS, all_wheels("ticks_per_revolut
 robot_mistake("gear ratio forgotten of one wheel (x 1/2)", COUNTS + "|diameter", lambda case: case.wheel(0).update(
     ticks_per_revolution=case.wheel(0)["ticks_per_revolution"] / 2))
 robot_mistake("first wheel counts backwards", "counts backwards", lambda case: negate_counts(case, 0))
-robot_mistake("second wheel counts backwards", "counts backwards", lambda case: negate_counts(case, 1))
+robot_mistake("second wheel counts backwards", "counts backwards", lambda case: negate_counts(case, 1), on=TWO_ENCODERS)
 robot_mistake("third wheel counts backwards", "counts backwards", lambda case: negate_counts(case, 2), on=("omni-3",))
 robot_mistake("all wheels count backwards", "counts backwards", all_wheels("ticks_per_revolution", -1))
 robot_mistake("tick_bits forgotten", "tick_bits|wraps", all_wheels("tick_bits", 0))
@@ -441,15 +594,39 @@ robot_mistake("tick_bits of another counter (32 for 16)", "tick_bits", lambda ca
 robot_mistake("directions in radians", r"direction|carry each other|carries the signal|expected",
               lambda case: [w.update(direction_deg=math.radians(w.get("direction_deg", 0.0))) for w in case.robot["wheel"]], on=("omni-3",))
 robot_mistake("one wheel's direction the other way round", "backwards", lambda case: case.wheel(1).update(
-    direction_deg=case.wheel(1).get("direction_deg", 0.0) + 180))
+    direction_deg=case.wheel(1).get("direction_deg", 0.0) + 180), on=TWO_ENCODERS)
 robot_mistake("directions of the axles for those of rolling", r"direction|sideways|carr", lambda case: [
-    w.update(direction_deg=w.get("direction_deg", 0.0) - 90) for w in case.robot["wheel"]])
+    w.update(direction_deg=w.get("direction_deg", 0.0) - 90) for w in case.robot["wheel"]], on=UNSTEERED)
 robot_mistake("kind = skid for wheels that do not", "skid", lambda case: [w.update(kind="skid") for w in case.robot["wheel"]], on=DIFFERENTIAL)
 robot_mistake("kind = omni for wheels that do not slide", "kind|sideways|omni", lambda case: [w.update(kind="omni") for w in case.robot["wheel"]], on=DIFFERENTIAL)
 robot_mistake("kind = fixed for omni wheels", "kind|fixed|contradict|slide", lambda case: [w.update(kind="fixed") for w in case.robot["wheel"]], on=("omni-3",))
 robot_mistake("two wheels' names exchanged", "swapped|upside down", lambda case: (
     case.wheel(0).update(name="?"), case.wheel(0).update(name=case.wheel(1)["name"]),
-    case.wheel(1).update(name=wheel_columns(case)[0].removesuffix("_ticks"))))
+    case.wheel(1).update(name=wheel_columns(case)[0].removesuffix("_ticks"))), on=TWO_ENCODERS)
+# Steering.
+STEERING = r"steering of '|_steering_|steering_scale|steering_ticks|a steering"
+robot_mistake("wheelbase in mm", PLACE, steered_times("x_m", 1000), on=STEERED)
+robot_mistake("wheelbase in cm", PLACE, steered_times("x_m", 100), on=STEERED)
+robot_mistake("wheelbase in inches", PLACE, steered_times("x_m", 1 / 0.0254), on=STEERED)
+robot_mistake("half the wheelbase", PLACE, steered_times("x_m", 0.5), on=STEERED)
+robot_mistake("steered wheel's x with the wrong sign", PLACE + "|steering_scale = -1", steered_times("x_m", -1), on=STEERED)
+robot_mistake("track of the rear wheels for y_m, which is half of it", SIZE, all_wheels("y_m", 2), on=("car",))
+robot_mistake("steered = true forgotten", "steered", lambda case: steered(case).pop("steered"), on=STEERED)
+robot_mistake("steered wheel's direction the other way round", "backwards|direction", steered_keys(direction_deg=180.0), on=STEERED)
+robot_mistake("steered wheel's direction that of its axle", "direction|" + STEERING, steered_keys(direction_deg=90.0), on=STEERED)
+robot_mistake("rear axle left out", "sideways|no wheel|not measured|cannot|passive", lambda case: case.robot.update(
+    wheel=[steered(case)]), on=("tricycle",))
+robot_mistake("steering_zero_deg off by 5°", STEERING, steered_keys(steering_zero_deg=5.0), on=STEERED)
+robot_mistake("steering_zero_deg off by 90°", STEERING, steered_keys(steering_zero_deg=90.0), on=STEERED)
+robot_mistake("steering_zero_deg in radians of 5°", STEERING, lambda case: (
+    steered_keys(steering_zero_deg=math.radians(5.0))(case), steering_reads(lambda reading: reading + math.radians(5.0))(case)), on=("tricycle",))
+robot_mistake("steering_scale the wrong way round (2 for 1/2)", STEERING, lambda case: (
+    steered_keys(steering_scale=2.0)(case), steering_reads(lambda reading: 2 * reading)(case)), on=("car",))
+robot_mistake("steering_sigma_deg in radians", STEERING, steered_keys(steering_sigma_deg=0.0087), on=STEERED)
+robot_mistake("steering_time_offset_s in ms", STEERING, steered_keys(steering_time_offset_s=20.0), on=("tricycle",))
+robot_mistake("steering_ticks_per_revolution forgotten", STEERING, lambda case: steered(case).pop("steering_ticks_per_revolution"), on=("car",))
+robot_mistake("steering_ticks_per_revolution of lines, not edges (x 1/4)", STEERING, steered_times("steering_ticks_per_revolution", 0.25), on=("car",))
+robot_mistake("steering_ticks_per_revolution of the motor (x 30)", STEERING, steered_times("steering_ticks_per_revolution", 30), on=("car",))
 # The gyro and the place of the reference.
 robot_mistake("gyro upside down", "upside down|scale = -1", lambda case: case.change("gyro", "yaw_rate_rad_s", lambda w: -w))
 robot_mistake("[gyro] forgotten", r"\[gyro\]|gyro", lambda case: case.robot.pop("gyro"))
@@ -482,9 +659,9 @@ map_mistake("landmark sensor's clock 0.5 s late", CLOCK, seeing(later("sightings
 map_mistake("reference in another time zone (1 h)", CLOCK, later("reference", 3600.0), on=REFERENCED)
 map_mistake("gyro in another time zone (2 h)", CLOCK, later("gyro", -7200.0))
 # Columns.
-map_mistake("two wheels' columns swapped", "swapped|upside down", lambda case: swapped("wheels", *wheel_columns(case)[:2])(case))
+map_mistake("two wheels' columns swapped", "swapped|upside down", lambda case: swapped("wheels", *wheel_columns(case)[:2])(case), on=TWO_ENCODERS)
 map_mistake("one wheel's column for two", "same|alike|carries|straight|never|column", lambda case: case.maps["wheels"]["columns"].update(
-    {wheel_columns(case)[1]: wheel_columns(case)[0]}))
+    {wheel_columns(case)[1]: wheel_columns(case)[0]}), on=TWO_ENCODERS)
 map_mistake("counts since the row before, no increments = true", "increments = true", as_increments)
 map_mistake("increments = true for counters that go on", "increments", mapped("wheels", increments=True))
 map_mistake("counts read as radians", SIZE + "|_rad|ticks", lambda case: rename_wheel_columns(case, "_rad"))
@@ -497,6 +674,19 @@ map_mistake("decimal commas, semicolons", "delimiter|decimal", lambda case: case
 map_mistake("first row garbage: counts 0", "jump|starts again|first|row", garbage("wheels", 0.0))
 map_mistake("first row garbage: counts 10^6", "jump|starts again|first|row", garbage("wheels", 1e6))
 map_mistake("first row garbage: reference at 100, 100", "jump|left out|first", garbage("reference", 100.0), on=REFERENCED)
+# Steering.
+map_mistake("steering in degrees, no unit", STEERING, steering_reads(math.degrees), on=("tricycle",))
+map_mistake("unit = deg for a steering in radians", STEERING, unit("wheels", "front_steering_rad", "deg"), on=("tricycle",))
+map_mistake("steering's counts read as radians", STEERING, lambda case: case.maps["wheels"]["columns"].update(
+    front_steering_rad=case.maps["wheels"]["columns"].pop("front_steering_ticks")), on=("car",))
+map_mistake("steering clockwise", STEERING, steering_reads(lambda reading: -reading), on=STEERED)
+map_mistake("steering of a column geared 2 : 1, no scale", STEERING, steering_reads(lambda reading: 2 * reading), on=STEERED)
+map_mistake("steering wheel's angle (15 : 1) for the road wheel's", STEERING, steering_reads(lambda reading: 15 * reading), on=STEERED)
+map_mistake("steering from 0 to 360°, not to both sides", STEERING, lambda case: steering_reads(
+    lambda reading: reading % steered(case).get("steering_ticks_per_revolution", 2 * math.pi))(case), on=STEERED)
+map_mistake("columns of the steering and of a wheel swapped", STEERING, steering_swapped, on=STEERED)
+map_mistake("a column for the steering that stays 0", STEERING, steering_reads(lambda reading: 0.0), on=STEERED)
+map_mistake("steering 0.2 s late", STEERING, steering_later, on=STEERED)
 # The gyro.
 map_mistake("gyro in deg/s, no unit", "deg/s", scaled("gyro", math.degrees(1), "yaw_rate_rad_s"))
 map_mistake("unit = deg/s for a gyro in rad/s", "deg/s", unit("gyro", "yaw_rate_rad_s", "deg/s"))
@@ -518,6 +708,7 @@ map_mistake("reference's heading from another axis (90°)", r"reference.heading|
 map_mistake("reference's heading from another axis (5°)", r"reference.heading|heading", of_headings(lambda h: h + math.radians(5)), on=REFERENCED)
 map_mistake("reference of a point 0.1 m ahead", r"reference.x|reference_sensor", reference_at(0.1, 0.0), on=REFERENCED)
 map_mistake("reference of a point 0.1 m to the left", r"reference.y|reference_sensor", reference_at(0.0, 0.1), on=REFERENCED)
+map_mistake("reference of the front axle's middle", r"reference.x|reference_sensor", reference_at(0.4, 0.0), on=STEERED)
 # By tape.
 TAPE = ("tape",)
 map_mistake("distance_m in mm", "distance|reference", partial("straight", "distance_m", lambda d: d * 1e3), on=TAPE)
@@ -581,7 +772,7 @@ def counts_by_column(robot, columns):
     for wheel in robot["wheel"]:
         for key, source in columns.items():
             name, _, ending = key.rpartition("_")
-            if name != wheel["name"]:
+            if name != wheel["name"] or wheel.get("passive"):
                 continue
             factor = {"ticks": 1.0, "rad": 2 * math.pi / wheel["ticks_per_revolution"],
                       "m": math.pi * wheel["diameter_m"] / wheel["ticks_per_revolution"]}[ending]
@@ -589,11 +780,47 @@ def counts_by_column(robot, columns):
     return result
 
 
+def radians_of(wheel, column):
+    return 2 * math.pi / wheel.get("steering_ticks_per_revolution", 1) if column.endswith("_ticks") else 1.0
+
+
+def steering_errors(case, robot):
+    """Of a steered wheel: of the direction of its axle, in radians, where it points straight on and to both sides; of its
+    place, as a share of the wheelbase; of its counts, and whether they count up or down."""
+    true = next((wheel for wheel in case.truth["wheel"] if wheel.get("steered")), None)
+    mine = next((wheel for wheel in robot["wheel"] if true and wheel["name"] == true["name"]), None)
+    if mine is None:
+        return []
+    column = steering_column(case)
+    source = case.maps["wheels"]["columns"][column]
+    recorded = next(name for name in case.logs[case.subject]["wheels"] if "_steering_" in name)
+    direction = math.radians(mine.get("direction_deg", 0.0))
+    places = [complex(wheel.get("x_m", 0.0), wheel.get("y_m", 0.0)) for wheel in (mine, true)]
+    side = math.copysign(1.0, places[0].real * places[1].real)  # steered the other way round behind the axle it turns the robot alike
+    turned = []  # too far
+    for angle in (-0.5, 0.0, 0.5):
+        reading = (angle / true["steering_scale"] + math.radians(true["steering_zero_deg"])) / radians_of(true, recorded)
+        for change in case.changes.get(recorded, []):
+            reading = change(reading)
+        reading *= radians_of(mine, column) * (math.radians(1) if isinstance(source, dict) else 1.0)
+        steered_by = mine.get("steering_scale", 1.0) * (reading - math.radians(mine.get("steering_zero_deg", 0.0)))
+        turned.append(side * (direction + (steered_by if mine.get("steered") else 0.0)) - angle)
+    axle = max(abs(cmath.phase(cmath.rect(1, 2 * angle))) / 2 for angle in turned)
+    errors = [(1.0 if source in wheel_columns(case) else axle, "steering"),
+              (abs(side * places[0] - places[1]) / abs(places[1]), f"{true['name']}.x")]
+    counts = counts_by_column(robot, case.maps["wheels"]["columns"]).get(f"{true['name']}_ticks")
+    if counts:
+        ahead = complex(*counts[:2]) * cmath.rect(1, turned[1] - direction)
+        errors.append((abs(math.copysign(abs(ahead), ahead.real) / math.hypot(*counts_of(true)[:2]) - 1), "diameter"))
+    return errors
+
+
 def wrong_by(case, robot):
-    """The largest error of a wheel's counts or of the gyro's scale, as a share of the truth; and of what."""
-    truth = {f"{wheel['name']}_ticks": counts_of(wheel) for wheel in case.truth["wheel"]}
+    """The largest error of a wheel's counts, the steering or the gyro's scale, as a share of the truth; and of what."""
+    truth = {f"{wheel['name']}_ticks": counts_of(wheel) for wheel in case.truth["wheel"]
+             if not wheel.get("passive") and not wheel.get("steered")}
     found = counts_by_column(robot, case.maps["wheels"]["columns"])
-    errors = []
+    errors = steering_errors(case, robot)
     for column, right in truth.items():
         mine = found.get(column)
         if mine is None:
@@ -612,11 +839,16 @@ def sigma_of(result, what):
     """The share that the calibration leaves open, 1 sigma, of what wrong_by() found; 0 of what it does not state."""
     document = read_json(result / "calibration.json")
     def largest(*kinds):
-        shares = [(one["sigma_total"] or one["sigma_within"] or 0.0) / abs(one["value"]) for one in (document or {}).get("parameters", [])
-                  if one["name"].split(".")[-1] in kinds and one["value"]]
+        shares = [(one["sigma_total"] or one["sigma_within"] or 0.0) / (1.0 if one["unit"] == "rad" else abs(one["value"]))
+                  for one in (document or {}).get("parameters", [])
+                  if {one["name"], one["name"].split(".")[-1]} & set(kinds) and (one["value"] or one["unit"] == "rad")]
         return max(shares, default=0.0)
     if what == "gyro":
         return largest("scale")
+    if what == "steering":
+        return math.hypot(largest("steering_zero"), 0.5 * largest("steering_scale"))  # at 0.5 rad to a side
+    if what.endswith(".x"):
+        return largest(what)
     # Counts for a radian follow from lever and diameter.
     return largest("diameter") if what == "diameter" else math.hypot(largest("track", "lever"), largest("diameter"))
 
@@ -638,32 +870,32 @@ def map_error_m(case, path):
     return math.sqrt(sum(abs(turn * (one - a) - (other - b)) ** 2 for one, other in pairs) / len(pairs))
 
 
-def sentences_of(done, record):
+def sentences_of(done, record, folder):
     lines = [line.strip() for line in done.stderr.splitlines() if line.strip()]
     for stage in (record or {}).get("stages", []):
         lines += [remark for remark in stage["remarks"]]
         if stage["status"] == "failed":
             lines.append(stage["message"])
-    return lines
+    return [line.replace(str(folder) + "/", "") for line in lines]  # which is named after the mistake
 
 
 def held_words(result):
     return (json.loads(path.read_text())["cannot_tell"] if (path := result / "calibration.json").exists() else [])
 
 
-def short(sentence, folder):
-    sentence = re.sub(r"^(warning|note): ", "", sentence.replace(str(folder) + "/", ""))
+def short(sentence):
+    sentence = re.sub(r"^(warning|note): ", "", sentence)
     return re.sub(r"^\S*/", "", sentence).replace("|", "/")
 
 
-def judge(case, pattern, done, record, result, folder):
+def judge(case, pattern, done, sentences, usual, result):
     """Verdict, sentence, error."""
     unknown = held_words(result)  # what they say names no mistake
-    lines = [line for line in sentences_of(done, record) if not any(words in line for words in unknown)
+    lines = [line for line in sentences if line not in usual and not any(words in line for words in unknown)
              and (pattern.search("time_offset") or "corrected: gyro.time_offset" not in line and "gyro's stamps" not in line)]
     if done.returncode not in (0, 3, 4):
         return "FAILED", " ".join(lines[:1]), ""
-    sentence = next((line for line in lines if pattern.search(line)), "")
+    sentence = next((line for line in lines if pattern.search(line) and not NO_CAUSE.search(line)), "")
     robot = result / "calibrated.toml"
     share = what = None
     if done.returncode == 0 and robot.exists():
@@ -675,11 +907,10 @@ def judge(case, pattern, done, record, result, folder):
         off_m = map_error_m(case, landmarks) if landmarks.exists() else None
         error += "" if off_m is None else f"; map {off_m:.2g} m"
         right = right and (off_m is None or off_m < RIGHT_MAP_M)
-    said = short(sentence, folder)
     if sentence:
-        return "named", said, error
+        return "named", short(sentence), error
     if done.returncode != 0 or share is None:
-        return "refused", short(lines[0], folder) if lines else "", error
+        return "refused", short(lines[0]) if lines else "", error
     if right:
         return "estimated away", "", error
     held = [words for words in held_words(result) if what in words or pattern.search(words)]
@@ -688,10 +919,11 @@ def judge(case, pattern, done, record, result, folder):
     sigma = sigma_of(result, what)
     if share < 3 * sigma:
         return "uncertain", "", f"{error} of ± {100 * sigma:.2g} %"
-    return "SILENT", "; ".join(short(line, folder) for line in lines), error
+    return "SILENT", "; ".join(map(short, lines)), error
 
 
 def examine(program, base, name, row, root):
+    """A line of the table."""
     file, words, make, pattern, _ = row
     case = copy.deepcopy(base)
     before = case.logs[case.subject].get("gyro", {}).get("yaw_rate_rad_s")
@@ -710,8 +942,11 @@ def examine(program, base, name, row, root):
     done = subprocess.run([program, "run", subject, "--robot", folder / "robot.toml", "--calibrate-on", runs, "-o", result,
                            "--quiet"], capture_output=True, text=True)
     record = json.loads((result / "run.json").read_text()) if (result / "run.json").exists() else None
-    (folder / "said.txt").write_text(f"exit {done.returncode}\n" + "\n".join(sentences_of(done, record)) + "\n")
-    verdict, sentence, error = judge(case, pattern, done, record, result, folder)
+    sentences = sentences_of(done, record, folder)
+    (folder / "said.txt").write_text(f"exit {done.returncode}\n" + "\n".join(sentences) + "\n")
+    if case.usual is None:
+        base.usual = set(sentences)
+    verdict, sentence, error = judge(case, pattern, done, sentences, case.usual or set(), result)
     return [file, words, name, str(done.returncode), verdict, error, sentence]
 
 
@@ -744,11 +979,14 @@ def main():
     asked = options.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         root = asked.keep.resolve() if asked.keep else Path(scratch)
-        everything_right = ("none", "no mistake", lambda case: None, re.compile(r"$^"), ("differential", "omni-3", "tape"))
-        jobs = [(case, name, row) for name, case in robots(asked.program, root)
-                for row in [everything_right] + MISTAKES if name in row[4] and re.search(asked.only, row[1])]
+        everything_right = ("none", "no mistake", lambda case: None, re.compile(r"$^"), UNSTEERED + STEERED)
+        cases_right = [(case, name, everything_right) for name, case in robots(asked.program, root)]
+        jobs = [(case, name, row) for case, name, _ in cases_right for row in MISTAKES
+                if name in row[4] and re.search(asked.only, row[1])]
         with concurrent.futures.ThreadPoolExecutor(asked.jobs) as pool:
-            rows = list(pool.map(lambda job: examine(asked.program, *job, root), jobs))
+            def table(jobs):
+                return list(pool.map(lambda job: examine(asked.program, *job, root), jobs))
+            rows = table(cases_right) + table(jobs)
     order = {words: i for i, (_, words, *_) in enumerate([everything_right] + MISTAKES)}
     rows.sort(key=lambda row: order[row[1]])
     counts = {}
