@@ -298,6 +298,36 @@ TEST(LocalMap, ALookFromTheSamePlaceIsNoNewsAndMakesNoPointSurer) {
   EXPECT_LT(seen.points()[0].covariance.trace(), 0.6 * of_one_look.trace());
 }
 
+// Turned for 10 s by a gyro whose bias is not known, a point is carried 0.5 m aside; at rest the bias is
+// read.
+TEST(LocalMap, WhatIsReadOfTheBiasPutsPointsBackThatItCarriedAside) {
+  const LandmarkSensor sensor{{}, 0.1, radians(1.0), 8.0, 0.0};
+  const double bias = 0.01, sigma = 0.015;
+  const Systematic unknown = Systematic::Zero(1);
+  const SystematicCovariance variance = SystematicCovariance::Constant(1, 1, sigma * sigma);
+  LocalMap seen(sensor), exact(sensor);
+  for (LocalMap* map : {&seen, &exact})
+    map->step({}, std::vector<Observation>{sighting_of(sensor, {5.0, 1.0})}, variance);
+  Motion still;
+  still.by_systematic.setZero(3, 1);
+  still.by_systematic(2, 0) = -1.0;  // in a second; the reading less the bias is the rate
+  for (int k = 0; k < 10; ++k) {
+    seen.step(still, {}, variance);
+    exact.step(about(Systematic::Constant(1, bias), still), {}, SystematicCovariance::Zero(1, 1));
+  }
+  EXPECT_GT((seen.points()[0].in_body - exact.points()[0].in_body).norm(), 0.4);
+  EXPECT_GT(seen.points()[0].covariance.trace(), 0.5);
+  seen.read_bias({bias, 1e-12}, unknown, variance);
+  EXPECT_LT((seen.points()[0].in_body - exact.points()[0].in_body).norm(), 0.03);  // of first order
+  EXPECT_NEAR(seen.points()[0].covariance.trace(), exact.points()[0].covariance.trace(), 1e-3);
+  // What is not known any more cannot be taken away from what was known by it.
+  for (int k = 0; k < 20; ++k) {
+    still.by_systematic(2, 0) = 1.0;  // turned the other way round
+    seen.step(still, {}, SystematicCovariance::Constant(1, 1, 1e-12));
+    EXPECT_GT(seen.points()[0].covariance.determinant(), 0.0);
+  }
+}
+
 // Neighbours that the sensor hardly tells apart are wrong together.
 TEST(LocalMap, NeighboursAreOneSupportingLandmark) {
   const LandmarkSensor sensor{{}, 0.5, radians(2.5), 8.0, 0.0};

@@ -205,12 +205,13 @@ void require_determined(std::span<const ParameterEstimate> parameters) {
 /// A search that still moves by more than its own sigmas has found nothing that they are the sigmas of.
 void require_settled(const Descent& descent, std::span<const Parameter> parameters, const Robot& nominal) {
   if (descent.converged || descent.last_step <= 1.0) return;
-  throw CannotAnswer(
-      fmt::format("the search does not settle: after {} steps it still moves by {:.2g} σ, in {}; these runs "
-                  "do not fit the "
-                  "robot file: check units, clocks and columns, or --fix it",
-                  descent.iterations, descent.last_step,
-                  name_of(parameters[static_cast<std::size_t>(descent.parameter)], nominal)));
+  const std::string step = std::isfinite(descent.last_step)
+                               ? fmt::format("it still moves by {:.2g} σ", descent.last_step)
+                               : "it has left all numbers";
+  throw CannotAnswer(fmt::format(
+      "the search does not settle: after {} steps {}, in {}; these runs do not fit the robot file: check "
+      "units, clocks and columns, or --fix it",
+      descent.iterations, step, name_of(parameters[static_cast<std::size_t>(descent.parameter)], nominal)));
 }
 
 /// A direction that the search has led around whole turns, near where it was given.

@@ -6,7 +6,6 @@
 #include <Eigen/LU>
 
 #include "trundle/geometry/gaussian.hpp"
-#include "trundle/slam/report.hpp"
 
 namespace trundle::slam {
 namespace {
@@ -83,6 +82,21 @@ void LocalMap::step(const Motion& motion, std::span<const Observation> observati
     novelty_.push_back(is_valid(observation) ? add(observation) : 0.0);
   if (points_.size() > options_.most_points)
     points_.erase(points_.begin(), points_.end() - static_cast<std::ptrdiff_t>(options_.most_points));
+}
+
+/// Eq. 46a: it says how far the points were carried wrong.
+void LocalMap::read_bias(const BiasReading& reading, const Systematic& systematic,
+                         const SystematicCovariance& covariance) {
+  if (systematic.size() == 0) return;
+  const double S = covariance(0, 0) + reading.variance;
+  if (S <= 0.0) return;
+  for (SightedPoint& point : points_) {
+    if (point.with_systematic.cols() == 0) continue;
+    const Vector2 K = point.with_systematic.col(0) / S;
+    point.in_body -= K * (reading.rad_s - systematic[0]);
+    point.covariance -= S * K * K.transpose();
+    point.with_systematic -= K * covariance.row(0);
+  }
 }
 
 /// Together with what it was seen as before; in place of that, where both cannot be right. Returns its

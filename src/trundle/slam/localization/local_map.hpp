@@ -6,6 +6,7 @@
 
 #include "trundle/slam/models/motion.hpp"
 #include "trundle/slam/models/observation.hpp"
+#include "trundle/slam/report.hpp"
 
 namespace trundle::slam {
 
@@ -16,7 +17,7 @@ struct SightedPoint {
   LandmarkId landmark = kUnknownLandmark;
   std::uint64_t step = 0;               ///< when it was seen
   Vector2 seen_from = Vector2::Zero();  ///< where the robot was when it said something new, in today's frame
-  /// Covariance with the odometry's systematic errors: columns of the motion since.
+  /// Covariance with the odometry's systematic errors, of where it is taken to be less where it is.
   Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMostSystematic> with_systematic{2, 0};
 
   template <class Archive, class Self>
@@ -45,6 +46,9 @@ class LocalMap {
   /// `systematic`: what is known of the odometry's systematic errors, which the motion's mean allows for.
   void step(const Motion& motion, std::span<const Observation> observations,
             const SystematicCovariance& systematic = {});
+  /// What is read of the first systematic error, where `systematic` was known of them before.
+  void read_bias(const BiasReading& reading, const Systematic& systematic,
+                 const SystematicCovariance& covariance);
   /// Of each observation of the last step: 1 where it is new, 0 where it repeats what was seen from here.
   [[nodiscard]] std::span<const double> novelty() const { return novelty_; }
   /// What was seen before that step belongs to another place.

@@ -152,6 +152,7 @@ const LocalizerReport& Localizer::step(const Motion& motion, std::span<const Obs
 }
 
 void Localizer::read_bias(const BiasReading& reading) {
+  seen_.read_bias(reading, odometry_.systematic, odometry_.systematic_covariance);
   trundle::slam::read_bias(reading, odometry_);
   hypotheses_.read_bias(reading);
   if (auto* ekf = std::get_if<PoseEkf>(&filter_)) ekf->read_bias(reading);

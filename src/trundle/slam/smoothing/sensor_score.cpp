@@ -33,6 +33,12 @@ SensorScores sensor_scores(const SmoothingProblem& problem, const SmoothingState
   SensorScores scores;
   for (Eigen::Index i = 0; i < 3; ++i)
     information.col(i) -= by_unknowns.transpose() * linearised.solve(by_unknowns.col(i));
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    if (problem.sensor_errors.row(kErrors[i]).isZero(0.0)) continue;
+    score[i] = 0.0;  // a parameter is it: there is nothing left to find
+    information.row(i).setZero();
+    information.col(i).setZero();
+  }
   // No error is larger than 1 m, 1 rad, 1: what these readings cannot show stays finite.
   const Matrix3 covariance = inverse_of(0.5 * (information + information.transpose()) + Matrix3::Identity());
   const Vector3 errors = -covariance * score;
