@@ -7,6 +7,7 @@
 
 #include "trundle/recording/alignment/align.hpp"
 #include "trundle/statistics/distribution.hpp"
+#include "trundle/statistics/random.hpp"
 
 #include "recording/lagging_drive.hpp"
 #include "scale.hpp"
@@ -117,6 +118,15 @@ TEST(VelocityLag, IsFoundToBeNoneWhereThereIsNone) {
         EXPECT_LT(found->offset_s, 0.05) << "seed " << seed;
       }
     }
+}
+
+// Noise is less behind a lag, which fits better for that: 0.16 s of a robot without one.
+TEST(VelocityLag, IsNotSoughtOfAVelocityThatWasMeasured) {
+  Recording recording = lagging_recording({.lag_s = 0.0, .duration_s = 120.0}, 1);
+  statistics::Random random(2);
+  for (double& rate : recording.velocity.yaw_rate_rad_s) rate += random.normal(0.1);
+  EXPECT_FALSE(velocity_lag_by_reference(recording, told_robot()));
+  EXPECT_FALSE(velocity_lag_by_sightings(recording, told_robot()));
 }
 
 TEST(VelocityLag, OfASecondsDriveThereIsNoneOrALargeSigma) {

@@ -72,10 +72,23 @@ std::optional<TimeOffset> find_lag(const LaggingClocks& with_lag, double given_s
   return TimeOffset{lag_s, sigma, best.correlation()};
 }
 
+/// Whether a velocity was commanded, not measured: then most rows in motion are those before them. The noise
+/// of a measured one is less behind a lag, which would fit better for that alone.
+bool is_commanded(const VelocityStream& velocity) {
+  const std::vector<double>&forward = velocity.forward_m_s, &turn = velocity.yaw_rate_rad_s;
+  std::size_t moving = 0, held = 0;
+  for (std::size_t i = 1; i < forward.size(); ++i) {
+    if (forward[i] == 0.0 && turn[i] == 0.0) continue;
+    ++moving;
+    held += forward[i] == forward[i - 1] && turn[i] == turn[i - 1] ? 1 : 0;
+  }
+  return 2 * held > moving;
+}
+
 using Compare = std::function<std::optional<ClockComparison>(const AlignedReadings&, const Robot&)>;
 
 std::optional<TimeOffset> lag_by(const Recording& recording, const Robot& robot, const Compare& compare) {
-  if (robot.chassis.wheel_count > 0 || recording.velocity.time_s.empty()) return std::nullopt;
+  if (robot.chassis.wheel_count > 0 || !is_commanded(recording.velocity)) return std::nullopt;
   const LaggingClocks with_lag = [&](double lag_s) {
     Robot lagging = robot;
     lagging.chassis.velocity.lag_s = lag_s;
