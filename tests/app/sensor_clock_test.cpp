@@ -16,7 +16,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-const std::filesystem::path kTour = kDemo / "session_02/tour";
+const std::filesystem::path kSeenTour = kDemo / "session_02/tour";
 
 class SensorClock : public testing::Test {
  protected:
@@ -26,7 +26,7 @@ class SensorClock : public testing::Test {
     const std::string table = "[landmark_sensor]\n";
     robot.insert(robot.find(table) + table.size(), "time_offset_s = " + std::to_string(off_s) + "\n");
     write_file(sample_.folder() / "r.toml", robot);
-    Arguments arguments{command, kTour.string(), "--robot", "r.toml", "-o", command + ".csv"};
+    Arguments arguments{command, kSeenTour.string(), "--robot", "r.toml", "-o", command + ".csv"};
     arguments.insert(arguments.end(), further.begin(), further.end());
     return run_program(sample_.folder(), arguments);
   }
@@ -47,7 +47,7 @@ TEST_F(SensorClock, ThatIsOffIsNamedByEveryFilter) {
 }
 
 TEST_F(SensorClock, ThatIsOffIsNamedByLocalization) {
-  const Arguments on_map = {"--map", (kTour / "landmarks.csv").string()};
+  const Arguments on_map = {"--map", (kSeenTour / "landmarks.csv").string()};
   EXPECT_THAT(run("localize", 0.0, on_map).out, Not(HasSubstr("stamps")));
   const Outcome off = run("localize", 0.3, on_map);
   ASSERT_EQ(off.exit_code, 0) << off.err;
