@@ -68,7 +68,7 @@ class GlobalSearch {
         Vector3(place_m * place_m, place_m * place_m, heading_rad * heading_rad).asDiagonal();
     hypothesis.log_odds =
         0.5 * std::log(hypothesis.pose.covariance.determinant()) + 1.5 * std::log(2.0 * kPi) - log_space_;
-    add_points(here, std::vector<double>(points_.size()), -std::numeric_limits<double>::infinity());
+    add_points(here, -std::numeric_limits<double>::infinity());
     return hypothesis.log_odds;
   }
 
@@ -108,7 +108,7 @@ class GlobalSearch {
     if (is_explained(pair, first, second) || is_hopeless(pair, prediction, first, second)) return false;
     auto explanation = from_pair(pair, first, second);
     if (!explanation) return false;
-    if (!add_points(*explanation, most_gains_, least_log_odds())) return false;
+    if (!add_points(*explanation, least_log_odds())) return false;
     keep(std::move(*explanation));
     return kept_.size() == kMostHypotheses &&
            std::ranges::all_of(kept_, [&](const Explanation& kept) { return explains_all(kept); });
@@ -225,15 +225,15 @@ class GlobalSearch {
   /// Eq. 49: the points that are not of the pair, the newest first, each as a measurement of the pose or as
   /// no landmark. No landmark is two points. Returns false as soon as it can come to no more than `least`,
   /// with so much for each point at most.
-  bool add_points(Explanation& explanation, const std::vector<double>& most, double least) const {
+  bool add_points(Explanation& explanation, double least) const {
     double to_come = 0.0;
-    for (std::size_t i = 0; i < most.size(); ++i)
-      if (explanation.shown[i] == kUnknownLandmark) to_come += most[i];
+    for (std::size_t i = 0; i < most_gains_.size(); ++i)
+      if (explanation.shown[i] == kUnknownLandmark) to_come += most_gains_[i];
     double& log_odds = explanation.hypothesis.log_odds;
     for (std::size_t i = points_.size(); i-- > 0;) {
       if (explanation.shown[i] != kUnknownLandmark || !is_usable(points_[i], map_)) continue;
       log_odds += gain(i, take(explanation, i));
-      to_come -= most[i];
+      to_come -= most_gains_[i];
       if (log_odds + to_come <= least) return false;
     }
     return true;
