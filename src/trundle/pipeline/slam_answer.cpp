@@ -104,6 +104,7 @@ SlamAnswer finished_slam(const Recording& recording, const RobotFile& robot, con
                                                              .seed = question.seed,
                                                              .prior = prior,
                                                              .keep_growth = true,
+                                                             .judge_fit = !question.smooth,
                                                              .threads = question.threads,
                                                              .swarm = question.swarm,
                                                              .estimate = question.estimate,

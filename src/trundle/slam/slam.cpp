@@ -285,7 +285,10 @@ std::vector<MappedLandmark> map_with(const Eigen::MatrixXd& covariance, const Sl
 }
 
 SlamRun::SlamRun(const LandmarkSensor& sensor, const SlamOptions& options)
-    : particles_(options.particles), keep_growth_(options.keep_growth), filter_(sensor, options) {}
+    : particles_(options.particles),
+      keep_growth_(options.keep_growth),
+      judge_fit_(options.judge_fit),
+      filter_(sensor, options) {}
 
 void SlamRun::step(const SlamStep& step) {
   check_interruption();
@@ -331,7 +334,7 @@ SlamResult SlamRun::result() const {
   CountsOfRun counter;
   for (const StepReport& report : reports_) counter.add(report, particles_);
   result.counts = counter.counts();
-  if (filter_.smoother()) result.fit = fit_of(*filter_.smoother());
+  if (judge_fit_ && filter_.smoother()) result.fit = fit_of(*filter_.smoother());
   result.step_times = times_of(seconds_);
   return result;
 }

@@ -44,6 +44,7 @@ struct SlamOptions {
   double resample_below = 0.5;  ///< effective particles, as a share of all
   bool keep_paths = true;       ///< false: no best path, and memory does not grow with time
   bool keep_growth = false;     ///< of `smoother`: SlamResult::growth
+  bool judge_fit = true;        ///< of `smoother`: SlamResult::fit; smooth() says the same
   std::size_t threads = 1;      ///< results do not depend on it
   SwarmOptions swarm = {};      ///< of `mapso` and `mapso_proposal`
   std::optional<PointEstimate> estimate = {};  ///< nothing: best of `mapso`, as published, mean of others
@@ -151,7 +152,8 @@ struct SlamResult {
   std::vector<Snapshot> growth;           ///< of the smoother, where it was asked to keep that
   std::vector<BiasEstimate> bias;         ///< after each step: the first of the systematic errors, if any
   SlamCounts counts;
-  std::optional<SmootherFit> fit;  ///< of the smoother without a window: of all that it saw, in the end
+  std::optional<SmootherFit> fit;  ///< of the smoother without a window, where it was asked to judge that: of
+                                   ///< all that it saw, in the end
   StepTimes step_times;
 
   /// The greatest id that it ever took a sighting for, of landmarks that are gone too; kUnknownLandmark:
@@ -181,6 +183,7 @@ class SlamRun {
 
   std::size_t particles_;
   bool keep_growth_;
+  bool judge_fit_;
   SlamFilter filter_;
   Trajectory online_;
   std::vector<StepReport> reports_;
