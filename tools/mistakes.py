@@ -15,8 +15,8 @@ but one and takes that one through every stage. A mistake is
 
 Right are the counts that a wheel makes as the robot rolls a metre or turns a radian, the angle that a steering's reading
 stands for, and the scale of the gyro, to within 1 % or 0.01 rad; of a mistake about landmarks, the map to within 0.1 m.
-With MISTAKES.md what is neither named nor estimated away is written between the marks in it, and the whole table beside it, MISTAKES.csv. The
-exit code is 1 where a mistake is silent, or the program fails.
+With MISTAKES.md what is neither named nor estimated away is written between the marks in it, and the whole table beside
+it, MISTAKES.csv. The exit code is 1 where a mistake is silent, or the program fails.
 """
 import argparse
 import cmath
@@ -83,14 +83,7 @@ position_sigma_m = 0.001
 heading_sigma_deg = 0.1
 """
 
-OMNI_DRIVES = PACE + """
-[truth.wheel.a]
-diameter_m = 0.0606
-[truth.wheel.b]
-x_m = -0.204
-[truth.wheel.c]
-diameter_m = 0.0596
-""" + REFERENCE + """
+TOUR = REFERENCE + """
 [[run]]
 name = "tour"
 repeat = 4
@@ -102,8 +95,16 @@ drive = "tour"
 length_m = 20
 box_x_m = 5
 box_y_m = 5
-sideways = true
 """
+
+OMNI_DRIVES = PACE + """
+[truth.wheel.a]
+diameter_m = 0.0606
+[truth.wheel.b]
+x_m = -0.204
+[truth.wheel.c]
+diameter_m = 0.0596
+""" + TOUR + "sideways = true\n"
 
 TRICYCLE = """
 [[wheel]]
@@ -132,19 +133,7 @@ x_m = 0.404
 diameter_m = 0.2012
 steering_zero_deg = 0.8
 steering_scale = 1.01
-""" + REFERENCE + """
-[[run]]
-name = "tour"
-repeat = 4
-[[run.path]]
-drive = "pause"
-duration_s = 3
-[[run.path]]
-drive = "tour"
-length_m = 20
-box_x_m = 5
-box_y_m = 5
-"""
+""" + TOUR
 
 CAR = """
 [[wheel]]
