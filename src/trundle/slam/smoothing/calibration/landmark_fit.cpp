@@ -39,10 +39,11 @@ Eigen::MatrixXd covariance_of_own(const Minimiser& linearised, Eigen::Index own)
 
 /// From nominal, held near it by the prior: a state to start from, and what can be determined at all.
 struct RoughFit {
-  SmoothingState state;  ///< parameters in prior sigmas, and own biases
+  SmoothingState state;  ///< parameters in prior sigmas, own biases and walks
   EstimableSpace space;
   Eigen::MatrixXd held_covariance;  ///< of all parameters, in their own units
   OwnBiases own;
+  std::vector<BiasWalk> walks;
 };
 
 void require_determined(bool determined) {
@@ -74,16 +75,29 @@ OwnBiases own_biases(std::span<const AssociatedRecording> all, const Robot& nomi
   return own;
 }
 
+/// Where the gyro's bias is sought.
+std::vector<BiasWalk> bias_walks(std::span<const AssociatedRecording> all, const Robot& nominal,
+                                 std::span<const Parameter> parameters) {
+  if (!nominal.chassis.gyro || std::ranges::find(parameters, kGyroBias) == parameters.end()) return {};
+  std::vector<BiasWalk> walks;
+  for (const AssociatedRecording& one : all)
+    walks.push_back(
+        bias_walk_of(*nominal.chassis.gyro, one.path.poses.front().time_s, one.path.poses.back().time_s));
+  return walks;
+}
+
 RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nominal,
                    std::span<const Parameter> parameters) {
   const Eigen::VectorXd scale = prior_sigmas(parameters, nominal);
   OwnBiases own = own_biases(all, nominal, parameters);
+  std::vector<BiasWalk> walks = bias_walks(all, nominal, parameters);
   JointProblem start = joint_problem(all, nominal,
                                      {nominal.chassis,
                                       {parameters.begin(), parameters.end()},
                                       scale.asDiagonal(),
                                       Eigen::VectorXd::Ones(scale.size()),
-                                      own},
+                                      own,
+                                      walks},
                                      true);
   if (start.problem.sightings.empty())
     throw CannotAnswer("no sighting shows a known landmark: nothing to calibrate with");
@@ -92,11 +106,11 @@ RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nomina
   correct_readings(found.minimum.state, start.problem);
   require_determined(minimiser.linearise(start.problem, found.minimum.state));
   const Eigen::MatrixXd shown = information_without_prior(covariance_of_own(minimiser, scale.size()));
-  const Eigen::MatrixXd of_noise = noise_information(start.problem, found.minimum.state, minimiser);
+  const Eigen::MatrixXd of_noise =
+      noise_information(start.problem, found.minimum.state, minimiser, scale.size());
   // With the prior: what is hardly seen at all stays hardly seen, and not unseen.
   const Eigen::MatrixXd prior = Eigen::MatrixXd::Identity(scale.size(), scale.size());
-  const Eigen::MatrixXd K =
-      calibration::share_known(shown + prior, of_noise.topLeftCorner(scale.size(), scale.size()));
+  const Eigen::MatrixXd K = calibration::share_known(shown + prior, of_noise);
   const Eigen::MatrixXd known = scale.cwiseInverse().asDiagonal() * K;
   Eigen::MatrixXd observed = known * shown * known.transpose();
   // Only where the sensor stands would show what is ahead, which is known by tape.
@@ -104,10 +118,10 @@ RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nomina
   if (turned && contains(parameters, ParameterKind::sensor_bearing_offset))
     observed = without(*turned, observed);
   for (const Eigen::VectorXd& moved : origin_moved(parameters, nominal)) observed = without(moved, observed);
-  own.move(found.minimum.state.parameters.tail(own.count()));
+  own.move(found.minimum.state.parameters.segment(scale.size(), own.count()));
   EstimableSpace space = estimable_space(observed, parameters, nominal);
   Eigen::MatrixXd held = held_covariance(observed, space, parameters, nominal);
-  return {found.minimum.state, std::move(space), std::move(held), std::move(own)};
+  return {found.minimum.state, std::move(space), std::move(held), std::move(own), std::move(walks)};
 }
 
 RunEvidence evidence_of(const JointProblem& joint, std::size_t index, const SmoothingState& state) {
@@ -155,20 +169,19 @@ LandmarkSearch search_from(std::span<const AssociatedRecording> all, const Robot
                      {parameters.begin(), parameters.end()},
                      space.scale.asDiagonal() * space.basis,
                      Eigen::VectorXd::Zero(determined),
-                     std::move(rough.own)};
+                     std::move(rough.own),
+                     std::move(rough.walks)};
   move(parameters, search.fit.free.columns * (space.basis.transpose() * search.fit.state.parameters.head(n)),
        estimate.robot);
   return search;
 }
 
-/// What was found of the gyro's bias is its mean over the runs, and it walks: over a time T by a mean
-/// square of walk² T/3. Where each run has its own, that is part of how they spread.
+/// What was found of the gyro's bias is its mean over a run, of which at either end it is walk² T/3 off in
+/// the mean square. Where each run has its own, that is part of how they spread.
 void allow_for_bias_walk(const LandmarkSearch& search, Estimate& estimate) {
   if (search.fit.free.own.count() > 0) return;
-  const std::vector<Parameter>& parameters = search.fit.free.parameters;
-  const auto at = std::ranges::find(parameters, kGyroBias);
-  const auto j = static_cast<Eigen::Index>(at - parameters.begin());
-  if (at == parameters.end() || estimate.covariance(j, j) == 0.0) return;
+  const Eigen::Index j = search.fit.free.row_of_gyro_bias();
+  if (j == estimate.covariance.rows() || estimate.covariance(j, j) == 0.0) return;
   double duration_s = 0.0;
   for (const AssociatedRecording& one : search.all) duration_s = std::max(duration_s, one.duration_s());
   const double walk = estimate.robot.chassis.gyro->bias_walk_rad_s_sqrt_s;
@@ -186,8 +199,7 @@ std::vector<std::optional<GyroBias>> gyro_biases_of(const LandmarkSearch& search
     const auto place = free.own.place_of(i);
     if (!place) continue;
     Eigen::VectorXd by_sought = Eigen::VectorXd::Zero(covariance.rows());
-    by_sought.head(n) =
-        free.columns.row(std::ranges::find(free.parameters, kGyroBias) - free.parameters.begin());
+    by_sought.head(n) = free.columns.row(free.row_of_gyro_bias());
     by_sought[n + *place] = free.own.unit_rad_s;
     biases[i] = {value_of(kGyroBias, estimate.robot) + free.own.of(i),
                  estimate.dispersion * by_sought.dot(covariance * by_sought)};
@@ -212,16 +224,28 @@ void set_evidence(const JointProblem& joint, double cost, const Eigen::MatrixXd&
     estimate.runs.push_back(evidence_of(joint, i, search.fit.state));
 }
 
-/// Finds how biases spread from recording to recording. Returns whether that stays.
+/// Finds how biases spread from recording to recording, and what their priors weigh. Returns whether the
+/// spread stays.
 bool settle_spread(const Eigen::MatrixXd& covariance, LandmarkSearch& search) {
   OwnBiases& own = search.fit.free.own;
-  if (own.count() == 0) return true;
   Estimate& estimate = search.fit.estimate;
+  search.fit.free.walk_information = estimate.dispersion;
+  if (own.count() == 0) return true;
   const double before = estimate.gyro_bias_spread.prior_rad_s;
-  estimate.gyro_bias_spread = spread_of(own, covariance, estimate.dispersion);
+  const Eigen::Index sought = search.fit.free.columns.cols() + own.count();
+  estimate.gyro_bias_spread = spread_of(own, covariance.topLeftCorner(sought, sought), estimate.dispersion);
   const double found = estimate.gyro_bias_spread.prior_rad_s;
   own.information = estimate.dispersion * squared(own.unit_rad_s / found);
   return std::abs(found - before) <= kSameSpread * found;
+}
+
+/// The robot has moved to where it was found, and its bias in each recording: they start from 0 again.
+/// Motions know nothing of how it walks, which starts where it was.
+Eigen::VectorXd parameters_from_here(const FreeColumns& free, const Eigen::VectorXd& found) {
+  const Eigen::Index harmonics = free.count() - free.first_harmonic(0);
+  Eigen::VectorXd here = Eigen::VectorXd::Zero(free.count());
+  here.tail(harmonics) = found.tail(harmonics);
+  return here;
 }
 
 /// One round: the minimum with the motions of the robot found so far, which then moves there.
@@ -232,7 +256,7 @@ void improve(Minimiser& minimiser, LandmarkSearch& search) {
   const Eigen::Index own = free.columns.cols();
   JointProblem here = joint_problem(search.all, estimate.robot, free);
   require_same_sightings(here.problem, state);
-  state.parameters = Eigen::VectorXd::Zero(own + free.own.count());
+  state.parameters = parameters_from_here(free, state.parameters);
   correct_readings(state, here.problem);
   Minimum minimum = minimiser.minimise(here.problem, std::move(state));
   state = std::move(minimum.state);
@@ -242,7 +266,7 @@ void improve(Minimiser& minimiser, LandmarkSearch& search) {
   const Eigen::VectorXd found = state.parameters.head(own);
   const Eigen::VectorXd step = free.columns * found;
   move(free.parameters, step, estimate.robot);
-  free.own.move(state.parameters.tail(free.own.count()));
+  free.own.move(state.parameters.segment(own, free.own.count()));
   Descent& descent = estimate.descent;
   ++descent.iterations;
   descent.last_step = sigmas_of(found, covariance);

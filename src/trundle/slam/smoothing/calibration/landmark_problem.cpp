@@ -76,14 +76,22 @@ ShownObservations shown_in(const SlamInput& input, std::span<const LandmarkId> b
   return shown;
 }
 
-/// By all that is sought, what of a recording's parameters moves.
-Eigen::MatrixXd columns_of(const FreeColumns& free, std::size_t recording) {
-  const Eigen::Index n = free.columns.cols();
-  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(free.columns.rows(), n + free.own.count());
-  columns.leftCols(n) = free.columns;
+/// By all that is sought, what moves of the parameters that all recordings share.
+Eigen::MatrixXd common_columns(const FreeColumns& free) {
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(free.columns.rows(), free.count());
+  columns.leftCols(free.columns.cols()) = free.columns;
+  return columns;
+}
+
+/// The same of a recording's parameters at a time: its gyro's bias is its own, and walks.
+Eigen::MatrixXd columns_at(double time_s, const FreeColumns& free, std::size_t recording) {
+  Eigen::MatrixXd columns = common_columns(free);
   if (const auto place = free.own.place_of(recording))
-    columns(std::ranges::find(free.parameters, kGyroBias) - free.parameters.begin(), n + *place) =
-        free.own.unit_rad_s;
+    columns(free.row_of_gyro_bias(), free.columns.cols() + *place) = free.own.unit_rad_s;
+  if (recording < free.walks.size() && free.walks[recording].harmonics > 0)
+    columns.row(free.row_of_gyro_bias())
+        .segment(free.first_harmonic(recording), free.walks[recording].harmonics) =
+        free.walks[recording].at(time_s);
   return columns;
 }
 
@@ -94,24 +102,30 @@ Robot robot_in(const Robot& robot, const FreeColumns& free, std::size_t recordin
   return own;
 }
 
-TrackInput track_input(const AssociatedRecording& one, const Robot& robot, const FreeColumns& free,
-                       const Eigen::MatrixXd& columns, bool with_scatter) {
+TrackInput track_input(std::span<const AssociatedRecording> all, std::size_t recording, const Robot& robot,
+                       const FreeColumns& free, bool with_scatter) {
+  const AssociatedRecording& one = all[recording];
   const MotionParameters moving = of_motion(free.parameters);
   const SlamInput input =
       slam_input(one.recording, robot, {.parameters = moving.parameters, .with_scatter = with_scatter});
   const auto clock = std::ranges::find(free.parameters, ParameterKind::sensor_time_offset, &Parameter::kind);
   const auto n = static_cast<Eigen::Index>(free.parameters.size());
   TrackInput track{.observations = shown_in(input, one.shown)};
+  double before_s = input.start_s;
   for (std::size_t k = 0; k < input.steps.size(); ++k) {
     const Motion& motion = input.steps[k].motion;
+    const double time_s = input.steps[k].time_s;
+    const Eigen::MatrixXd columns = columns_at(0.5 * (before_s + time_s), free, recording);
+    before_s = time_s;
     Eigen::Matrix3Xd by_parameters = Eigen::Matrix3Xd::Zero(3, n);
     if (!moving.rows.empty()) by_parameters(Eigen::all, moving.rows) = input.by_parameters[k];
     if (clock != free.parameters.end())
       by_parameters.col(clock - free.parameters.begin()) = input.by_sensor_clock[k];
-    track.time_s.push_back(input.steps[k].time_s);
+    track.time_s.push_back(time_s);
     FreeMotion free_motion{motion.mean, motion.covariance, by_parameters * columns};
     if (!input.reading_errors.empty())
-      free_motion.reading_errors = combined(input.reading_errors[k], columns(moving.rows, Eigen::all));
+      free_motion.reading_errors =
+          combined(input.reading_errors[k], columns(moving.rows, Eigen::seqN(0, free.first_harmonic(0))));
     track.motions.push_back(std::move(free_motion));
   }
   return track;
@@ -119,37 +133,58 @@ TrackInput track_input(const AssociatedRecording& one, const Robot& robot, const
 
 /// What wheels and gyro say of each other: with a gyro the motion hardly depends on the track, and what no
 /// motion explains shows it.
+void add_redundancy(const AssociatedRecording& one, std::size_t recording, const Robot& robot,
+                    const FreeColumns& free, Information& sum) {
+  // A harmonic changes by no more than an eighth of its period in each.
+  const Eigen::Index harmonics = recording < free.walks.size() ? free.walks[recording].harmonics : 0;
+  const auto blocks = std::max<Eigen::Index>(1, 4 * harmonics);
+  std::vector<Information> shown =
+      chassis_likelihood(one.run, robot, free.parameters,
+                         {.blocks = static_cast<int>(blocks), .gate = kParityGate, .with_noise = true});
+  keep_what_is_known(shown);
+  const recording::Increments& increments = one.run.readings.increments;
+  for (std::size_t i = 0; i < shown.size(); ++i) {
+    const std::size_t middle = (2 * i + 1) * increments.size() / (2 * shown.size());
+    const double time_s = increments.empty() ? 0.0 : increments[middle].time_s;
+    const Eigen::MatrixXd columns = columns_at(time_s, free, recording);
+    sum.add({columns.transpose() * shown[i].matrix * columns, columns.transpose() * shown[i].gradient,
+             shown[i].chi2, shown[i].count});
+  }
+}
+
 Information redundancy_of(std::span<const AssociatedRecording> all, const Robot& robot,
                           const FreeColumns& free) {
-  Information sum = Information::zero(free.columns.cols() + free.own.count());
+  Information sum = Information::zero(free.count());
   const Robot noisy = with_noise_of_readings(robot, free.nominal);
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const Eigen::MatrixXd columns = columns_of(free, i);
-    std::vector<Information> blocks = chassis_likelihood(
-        all[i].run, robot_in(noisy, free, i), free.parameters, {.gate = kParityGate, .with_noise = true});
-    keep_what_is_known(blocks);
-    for (const Information& block : blocks)
-      sum.add({columns.transpose() * block.matrix * columns, columns.transpose() * block.gradient, block.chi2,
-               block.count});
-  }
+  for (std::size_t i = 0; i < all.size(); ++i) add_redundancy(all[i], i, robot_in(noisy, free, i), free, sum);
   return sum;
 }
 
 Eigen::VectorXd information_of(const FreeColumns& free) {
-  const Eigen::Index n = free.columns.cols(), own = free.own.count();
-  Eigen::VectorXd information = Eigen::VectorXd::Constant(n + own, free.own.information);
-  information.head(n) = free.information;
+  Eigen::VectorXd information = Eigen::VectorXd::Constant(free.count(), free.walk_information);
+  information.head(free.columns.cols()) = free.information;
+  information.segment(free.columns.cols(), free.own.count()).setConstant(free.own.information);
   return information;
 }
 
 /// Of the priors: what is sought is about 0, so are biases, and they are sought from where they are.
 Eigen::VectorXd mean_of(const FreeColumns& free) {
-  Eigen::VectorXd mean = Eigen::VectorXd::Zero(free.columns.cols() + free.own.count());
-  mean.tail(free.own.count()) = -free.own.values();
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(free.count());
+  mean.segment(free.columns.cols(), free.own.count()) = -free.own.values();
   return mean;
 }
 
 }  // namespace
+
+Eigen::Index FreeColumns::first_harmonic(std::size_t recording) const {
+  Eigen::Index before = columns.cols() + own.count();
+  for (std::size_t i = 0; i < std::min(recording, walks.size()); ++i) before += walks[i].harmonics;
+  return before;
+}
+
+Eigen::Index FreeColumns::row_of_gyro_bias() const {
+  return std::ranges::find(parameters, kGyroBias) - parameters.begin();
+}
 
 JointProblem joint_problem(std::span<const AssociatedRecording> all, const Robot& robot,
                            const FreeColumns& free, bool with_scatter) {
@@ -163,14 +198,13 @@ JointProblem joint_problem(std::span<const AssociatedRecording> all, const Robot
                      {}};
   if (std::ranges::any_of(free.parameters,
                           [](const Parameter& p) { return is_of_landmark_sensor(p.kind); })) {
-    joint.problem.sensor_errors = sensor_errors_of(*robot.landmark_sensor, free.parameters) *
-                                  columns_of(free, all.size());  // of no recording
+    joint.problem.sensor_errors =
+        sensor_errors_of(*robot.landmark_sensor, free.parameters) * common_columns(free);
   }
   for (std::size_t i = 0; i < all.size(); ++i) {
     LandmarkNumbers own;  // each recording has its own map
-    joint.tracks.emplace_back(
-        track_input(all[i], robot_in(robot, free, i), free, columns_of(free, i), with_scatter), joint.problem,
-        own);
+    joint.tracks.emplace_back(track_input(all, i, robot_in(robot, free, i), free, with_scatter),
+                              joint.problem, own);
   }
   return joint;
 }

@@ -6,6 +6,7 @@
 #include "trundle/calibration/problem/run.hpp"
 #include "trundle/chassis/parameter.hpp"
 #include "trundle/recording/recording.hpp"
+#include "trundle/slam/smoothing/calibration/bias_walk.hpp"
 #include "trundle/slam/smoothing/calibration/own_biases.hpp"
 #include "trundle/slam/smoothing/shown.hpp"
 #include "trundle/slam/smoothing/track.hpp"
@@ -23,18 +24,26 @@ struct AssociatedRecording {
   double duration_s() const { return path.poses.back().time_s - path.poses.front().time_s; }
 };
 
-/// Parameters are sought as those of a robot + columns · q, q about 0 with `information`; the gyro's bias of
-/// each recording with them.
+/// Parameters are sought as those of a robot + columns · q, q about 0 with `information`; with them the
+/// gyro's bias of each recording, and how it walks there: behind q come the biases, behind those the walks'
+/// harmonics of one recording after the other.
 struct FreeColumns {
   Chassis nominal = {};
   std::vector<Parameter> parameters = {};
   Eigen::MatrixXd columns = {};
   Eigen::VectorXd information = {};
   OwnBiases own = {};
+  std::vector<BiasWalk> walks = {};  ///< by recording; none: the bias does not walk, or is not sought
+  double walk_information = 1.0;     ///< of the prior of each harmonic, as OwnBiases::information
+
+  [[nodiscard]] Eigen::Index first_harmonic(std::size_t recording) const;
+  /// How many are sought.
+  [[nodiscard]] Eigen::Index count() const { return first_harmonic(walks.size()); }
+  /// Where among the parameters the gyro's bias is, which is one of them.
+  [[nodiscard]] Eigen::Index row_of_gyro_bias() const;
 };
 
-/// All recordings as one problem; each is a track of its own. Its parameters are q, and behind it the biases
-/// of recordings (OwnBiases).
+/// All recordings as one problem; each is a track of its own. Its parameters are those of FreeColumns.
 struct JointProblem {
   SmoothingProblem problem;
   std::vector<Track> tracks;

@@ -28,8 +28,7 @@ Matrix3 covariance_of(const MotionLink& link, const SmoothingState& state, const
 }  // namespace
 
 Eigen::MatrixXd noise_information(const SmoothingProblem& problem, const SmoothingState& state,
-                                  const Minimiser& linearised) {
-  const Eigen::Index n = state.parameters.size();
+                                  const Minimiser& linearised, Eigen::Index n) {
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(n, n);
   for (const MotionLink& link : problem.motions) {
     const calibration::ReadingErrors& errors = link.reading_errors;
@@ -39,7 +38,8 @@ Eigen::MatrixXd noise_information(const SmoothingProblem& problem, const Smoothi
     Eigen::MatrixX3d revealed(3 * n, 3);  // by W e, of each sensitivity
     for (Eigen::Index j = 0; j < n; ++j)
       revealed.middleRows<3>(3 * j) = errors.sensitivity.middleCols<3>(3 * j);
-    sum += calibration::information_of_noise(M, errors.scatter - revealed * M * revealed.transpose());
+    sum += calibration::information_of_noise(
+        M, errors.scatter.topLeftCorner(3 * n, 3 * n) - revealed * M * revealed.transpose());
   }
   return sum;
 }

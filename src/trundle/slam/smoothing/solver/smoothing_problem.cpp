@@ -145,7 +145,7 @@ void correct_readings(const SmoothingState& state, SmoothingProblem& problem) {
     if (errors.covariance.cols() == 0) continue;
     auto W = link.information.topLeftCorner<3, 3>();
     const Vector3 w = W * motion_residual(link, state).error.head<3>();
-    for (Eigen::Index j = 0; j < link.by_parameters.cols(); ++j) {
+    for (Eigen::Index j = 0; 3 * j < errors.sensitivity.cols(); ++j) {
       const Vector3 change = errors.sensitivity.middleCols<3>(3 * j) * w;
       link.by_parameters.col(j) += no_larger_than(link.by_parameters.col(j), change, W);
     }

@@ -17,12 +17,13 @@ namespace trundle::slam {
 /// walks: truth = mean · exp(by_bias · b + by_parameters · p + e), e ~ N(0, covariance), b that at the start.
 struct FreeMotion {
   Pose2 mean;
-  Matrix3 covariance = Matrix3::Zero();            ///< as of Motion
-  Eigen::Matrix3Xd by_parameters;                  ///< one column for each parameter
-  Vector3 by_bias = Vector3::Zero();               ///< 0 where there is none
-  double walk = 0.0;                               ///< as of Motion
-  Vector3 with_walk = Vector3::Zero();             ///< likewise
-  calibration::ReadingErrors reading_errors = {};  ///< of by_parameters and covariance; none: they are exact
+  Matrix3 covariance = Matrix3::Zero();  ///< as of Motion
+  Eigen::Matrix3Xd by_parameters;        ///< one column for each parameter
+  Vector3 by_bias = Vector3::Zero();     ///< 0 where there is none
+  double walk = 0.0;                     ///< as of Motion
+  Vector3 with_walk = Vector3::Zero();   ///< likewise
+  /// Of the first by_parameters and of the covariance; of none: they are exact.
+  calibration::ReadingErrors reading_errors = {};
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
