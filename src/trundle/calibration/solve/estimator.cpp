@@ -147,7 +147,7 @@ EstimableSpace space_at(const Likelihood& likelihood, const Robot& rough) {
   Eigen::MatrixXd information = total_information(likelihood, rough).matrix;
   if (!shows_ahead(problem))
     if (const auto turned = axes_turned(problem.parameters, problem.nominal))
-      information = without(*turned, information);
+      information = without(*turned, prior_sigmas(problem.parameters, problem.nominal), information);
   return estimable_space(information, problem.parameters, problem.nominal);
 }
 

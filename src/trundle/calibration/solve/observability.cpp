@@ -293,10 +293,13 @@ std::vector<Eigen::VectorXd> origin_moved(std::span<const Parameter> parameters,
   return moved;
 }
 
-Eigen::MatrixXd without(const Eigen::VectorXd& direction, const Eigen::MatrixXd& information) {
-  const Eigen::VectorXd along = information * direction;
-  const double size = direction.dot(along);
-  return size > 0.0 ? (information - along * along.transpose() / size).eval() : information;
+Eigen::MatrixXd without(const Eigen::MatrixXd& directions, const Eigen::VectorXd& scale,
+                        const Eigen::MatrixXd& information) {
+  if (directions.cols() == 0) return information;
+  const auto per_scale = scale.cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd others = orthogonal_complement(per_scale * directions);
+  const Eigen::MatrixXd held = scale.asDiagonal() * others * others.transpose() * per_scale;
+  return held.transpose() * information * held;
 }
 
 Eigen::MatrixXd constrained_inverse(const Eigen::MatrixXd& information, const EstimableSpace& space) {

@@ -45,8 +45,10 @@ std::optional<Eigen::VectorXd> axes_turned(std::span<const Parameter> parameters
 /// robot.
 std::vector<Eigen::VectorXd> origin_moved(std::span<const Parameter> parameters, const Robot& robot);
 
-/// The information without what it says along a direction.
-Eigen::MatrixXd without(const Eigen::VectorXd& direction, const Eigen::MatrixXd& information);
+/// What information says of parameters where directions (columns) are held: nothing along them, and of all
+/// others what it says given these. `scale`: about what each parameter is known to.
+Eigen::MatrixXd without(const Eigen::MatrixXd& directions, const Eigen::VectorXd& scale,
+                        const Eigen::MatrixXd& information);
 
 /// (information)⁻¹ within the estimable space, zero outside; in the parameters' own units.
 Eigen::MatrixXd constrained_inverse(const Eigen::MatrixXd& information, const EstimableSpace& space);

@@ -86,6 +86,18 @@ std::vector<BiasWalk> bias_walks(std::span<const AssociatedRecording> all, const
   return walks;
 }
 
+/// What changes with the robot's own axes, which are anybody's choice: only where the sensor stands would
+/// show what is ahead, and that is known by tape.
+Eigen::MatrixXd own_axes_moved(std::span<const Parameter> parameters, const Robot& nominal) {
+  std::vector<Eigen::VectorXd> moved = origin_moved(parameters, nominal);
+  if (contains(parameters, ParameterKind::sensor_bearing_offset))
+    if (auto turned = axes_turned(parameters, nominal)) moved.push_back(std::move(*turned));
+  Eigen::MatrixXd columns(static_cast<Eigen::Index>(parameters.size()),
+                          static_cast<Eigen::Index>(moved.size()));
+  for (std::size_t i = 0; i < moved.size(); ++i) columns.col(static_cast<Eigen::Index>(i)) = moved[i];
+  return columns;
+}
+
 RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nominal,
                    std::span<const Parameter> parameters) {
   const Eigen::VectorXd scale = prior_sigmas(parameters, nominal);
@@ -113,11 +125,7 @@ RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nomina
   const Eigen::MatrixXd K = calibration::share_known(shown + prior, of_noise);
   const Eigen::MatrixXd known = scale.cwiseInverse().asDiagonal() * K;
   Eigen::MatrixXd observed = known * shown * known.transpose();
-  // Only where the sensor stands would show what is ahead, which is known by tape.
-  const auto turned = axes_turned(parameters, nominal);
-  if (turned && contains(parameters, ParameterKind::sensor_bearing_offset))
-    observed = without(*turned, observed);
-  for (const Eigen::VectorXd& moved : origin_moved(parameters, nominal)) observed = without(moved, observed);
+  observed = without(own_axes_moved(parameters, nominal), scale, observed);
   own.move(found.minimum.state.parameters.segment(scale.size(), own.count()));
   EstimableSpace space = estimable_space(observed, parameters, nominal);
   Eigen::MatrixXd held = held_covariance(observed, space, parameters, nominal);
