@@ -34,10 +34,11 @@ Mean mean_of_draws(Proposal kind) {
   draw_normals({.seed = 3, .step = 1}, particles.all(), particles.noise);
   PoseProposal proposal(kind, {}, kDraws);
   ThreadPool alone(1, kDraws);
-  if (proposal.needs_all()) proposal.refine(step, alone, particles);
-  proposal.draw(step, particles.all(), particles);
-  place(particles.predicted, particles.noise, step.placement, particles.all(), particles.poses,
+  const Matrix3 L = proposal.is_motion() ? step.by_motion.L : Matrix3(Matrix3::Zero());
+  place(particles.predicted, particles.noise, {L, sensor.body_from_sensor}, particles.all(), particles.poses,
         particles.sensors);
+  proposal.refine(step, alone, particles);
+  proposal.draw(step, particles.all(), particles);
   weigh_and_improve(near, particles.sensors, particles.all(), particles.log_weights.data());
   double sum = 0.0, squares = 0.0;
   for (std::size_t i = 0; i < kDraws; ++i) {

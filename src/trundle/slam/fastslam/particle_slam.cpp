@@ -46,26 +46,17 @@ const StepReport& ParticleSlam::step(const Motion& motion, std::span<const Obser
   predict(motion, belief_);
   gate(observations);
   if (!sees_something()) return report_;
-  Drawing drawing{next_draw(), {seen_.near, placement(), next_draw()}};
-  associate(drawing);
-  propose_together(drawing);
-  // All that is done to one block of the particles, while it is in the cache.
-  thread_pool_.for_all_particles([&](ParticleRange block) {
-    propose(drawing, block);
-    weigh_and_update(block);
-  });
-  belief_.map.end_gather();
+  const Placement by_motion{semidefinite_root(belief_.pending.covariance()), sensor_.body_from_sensor};
+  predict_and_associate(next_draw(), by_motion);
+  const PoseProposal::Step proposal{seen_.near, by_motion, next_draw()};
+  proposal_.refine(proposal, thread_pool_, belief_.particles);
+  thread_pool_.for_all_particles([&](ParticleRange block) { propose_and_weigh(proposal, block); });
   learn_systematic(belief_);
   create_landmarks(observations);
   normalise_weights();
   add_keyframe(belief_);
   resample_if_poor();
   return report_;
-}
-
-/// The motion since poses were drawn, of the body.
-Placement ParticleSlam::placement() const {
-  return {semidefinite_root(belief_.pending.covariance()), sensor_.body_from_sensor};
 }
 
 /// Eq. 14: observations of landmarks in the map that are no outliers, and those of others. Reports what the
@@ -114,65 +105,39 @@ void ParticleSlam::request_landmarks() {
   }
 }
 
-/// Each particle finds out what sightings without names show: where it will be drawn if that depends on the
-/// motion alone, else at its prediction with the motion's uncertainty.
-void ParticleSlam::associate(Drawing& drawing) {
+/// Eq. 9; and what unidentified sightings show each particle: where it is drawn from the motion alone, it is
+/// drawn by then, else it is at its prediction and the motion's covariance is its own.
+void ParticleSlam::predict_and_associate(const Draw& draw, const Placement& by_motion) {
   request_landmarks();
   ParticleSet& particles = belief_.particles;
-  if (association_.sees_something()) {
-    const Matrix3& covariance = belief_.pending.covariance();
-    const bool stays = proposal_.is_motion();
-    const Matrix3 Ad = adjoint(sensor_.body_from_sensor.inverse());
-    const Matrix3 L = stays ? drawing.proposal.placement.L : Matrix3(Matrix3::Zero());
-    const Matrix3 unsure = stays ? Matrix3(Matrix3::Zero()) : Matrix3(Ad * covariance * Ad.transpose());
-    const ParticleAssociation::View view{
-        particles.sensors, unsure, particles.best(), drawing.of_motion, particles.log_weights.data(),
-        gating_sample_};
-    association_.look_up(view, belief_.map, particles.ancestry);
-    thread_pool_.for_all_particles([&](ParticleRange block) {
-      predict_range(drawing.of_motion, block);
-      place(particles.predicted, particles.noise, {L, sensor_.body_from_sensor}, block, particles.poses,
-            particles.sensors);
-      association_.choose(view, block);
-    });
-    association_.decide(view);
-    drawing.is_predicted = true;
-    drawing.is_placed = stays;
-    association_.add_readings(seen_.readings);
-  }
+  const PendingMotion& pending = belief_.pending;
+  const bool is_drawn = proposal_.is_motion();
+  const Matrix3 L = is_drawn ? by_motion.L : Matrix3(Matrix3::Zero());
+  const Matrix3 Ad = adjoint(sensor_.body_from_sensor.inverse());
+  const Matrix3 unsure =
+      is_drawn ? Matrix3(Matrix3::Zero()) : Matrix3(Ad * pending.covariance() * Ad.transpose());
+  const ParticleAssociation::View view{
+      particles.sensors, unsure, particles.best(), draw, particles.log_weights.data(), gating_sample_};
+  association_.look_up(view, belief_.map, particles.ancestry);
+  thread_pool_.for_all_particles([&](ParticleRange block) {
+    predict(particles.poses, particles.systematic, pending.prediction(), block, particles.predicted);
+    belief_.map.gather(block);
+    draw_normals(draw, block, particles.noise);
+    place(particles.predicted, particles.noise, {L, sensor_.body_from_sensor}, block, particles.poses,
+          particles.sensors);
+    association_.choose(view, block);
+  });
+  belief_.map.end_gather();
+  association_.decide(view);
+  association_.add_readings(seen_.readings);
   seen_.near.set(seen_.readings, particles.sensors.origin);
 }
 
-/// Predictions, the landmarks that will be needed, and random numbers, up to this step.
-void ParticleSlam::predict_range(const Draw& draw, ParticleRange range) {
+/// Eq. 15 and 16, then 11 to 13: all of it for one block of the particles, while that is in the cache.
+void ParticleSlam::propose_and_weigh(const PoseProposal::Step& proposal, ParticleRange block) {
   ParticleSet& particles = belief_.particles;
-  predict(particles.poses, particles.systematic, belief_.pending.prediction(), range, particles.predicted);
-  belief_.map.gather(range);
-  draw_normals(draw, range, particles.noise);
-}
-
-/// What all particles find out together, of proposals that need all.
-void ParticleSlam::propose_together(Drawing& drawing) {
-  if (!proposal_.needs_all()) return;
-  if (!drawing.is_predicted)
-    thread_pool_.for_all_particles([&](ParticleRange block) { predict_range(drawing.of_motion, block); });
-  drawing.is_predicted = true;
-  proposal_.refine(drawing.proposal, thread_pool_, belief_.particles);
-}
-
-/// Eq. 15 and 16.
-void ParticleSlam::propose(const Drawing& drawing, ParticleRange block) {
-  ParticleSet& particles = belief_.particles;
-  if (!drawing.is_predicted) predict_range(drawing.of_motion, block);
-  proposal_.draw(drawing.proposal, block, particles);
-  if (!drawing.is_placed)
-    place(particles.predicted, particles.noise, drawing.proposal.placement, block, particles.poses,
-          particles.sensors);
-}
-
-/// Eq. 11 to 13.
-void ParticleSlam::weigh_and_update(ParticleRange block) {
-  weigh_and_improve(seen_.near, belief_.particles.sensors, block, belief_.particles.log_weights.data());
+  proposal_.draw(proposal, block, particles);
+  weigh_and_improve(seen_.near, particles.sensors, block, particles.log_weights.data());
 }
 
 /// Sightings without names find their way back into the map; then come the landmarks that are new.

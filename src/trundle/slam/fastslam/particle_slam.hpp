@@ -89,23 +89,12 @@ class ParticleSlam {
     std::vector<KnownReading> readings;  ///< of those matched, by their names or without
     NearReadings near;                   ///< the same
   };
-  /// How the poses of a step are drawn, and how far that has come.
-  struct Drawing {
-    Draw of_motion;
-    PoseProposal::Step proposal;
-    bool is_predicted = false;  ///< all particles are, and their motion's noise is drawn
-    bool is_placed = false;     ///< they stand there
-  };
 
-  [[nodiscard]] Placement placement() const;
   void gate(std::span<const Observation> observations);
   [[nodiscard]] bool sees_something() const;
-  void associate(Drawing& drawing);
   void request_landmarks();
-  void predict_range(const Draw& draw, ParticleRange range);
-  void propose_together(Drawing& drawing);
-  void propose(const Drawing& drawing, ParticleRange block);
-  void weigh_and_update(ParticleRange block);
+  void predict_and_associate(const Draw& draw, const Placement& by_motion);
+  void propose_and_weigh(const PoseProposal::Step& proposal, ParticleRange block);
   void create_landmarks(std::span<const Observation> observations);
   void add_landmark(const Observation& observation, std::size_t index);
   void normalise_weights();

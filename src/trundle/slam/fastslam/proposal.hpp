@@ -21,24 +21,25 @@ class PoseProposal {
  public:
   PoseProposal(Proposal kind, const SwarmOptions& swarm, std::size_t particles);
 
-  /// Whether it takes the motion's noise as it is, whatever is seen.
+  /// Whether poses are drawn from the motion alone, whatever is seen.
   [[nodiscard]] bool is_motion() const { return kind_ == Proposal::motion; }
-  /// Whether particles depend on one another: all of them have to be predicted before any is drawn.
-  [[nodiscard]] bool needs_all() const {
-    return kind_ == Proposal::swarm || kind_ == Proposal::swarm_gaussian;
-  }
 
   struct Step {
     const NearReadings& readings;  ///< of known landmarks
-    Placement placement;           ///< the motion's noise, as a twist of the body
+    Placement by_motion;           ///< the motion's noise, as a twist of the body
     Draw draw;                     ///< beyond that of the motion's noise
   };
-  /// What is found out by all of them together, of proposals that need all.
+  /// What all particles find out together, once all are predicted: of the swarms, else nothing.
   void refine(const Step& step, ThreadPool& thread_pool, ParticleSet& particles);
-  /// A block of the particles is drawn. `particles.sensors` stand at the predictions afterwards, or anywhere.
+  /// Draws a block of the particles. Their sensors stand at the predictions; of those drawn from the motion
+  /// alone all stand where the motion's noise brings them already.
   void draw(const Step& step, ParticleRange range, ParticleSet& particles);
 
  private:
+  [[nodiscard]] bool is_of_swarm() const {
+    return kind_ == Proposal::swarm || kind_ == Proposal::swarm_gaussian;
+  }
+
   Proposal kind_;
   SwarmOptions options_;
   Swarm swarm_;
