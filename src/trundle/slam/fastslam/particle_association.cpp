@@ -71,39 +71,46 @@ void ParticleAssociation::collect(std::span<const Observation> observations) {
   }
 }
 
-void ParticleAssociation::look_up(const View& view, ParticleMap& map, Ancestry& ancestry) {
-  reporter_ = view.reporter;
+void ParticleAssociation::find_candidates(ParticleBelief& belief, GatingSample& gating_sample) {
+  reporter_ = belief.particles.best();
   while (chances_.size() * kDrawnTogether < sightings_) chances_.emplace_back(particles_);
-  for (Sighting& sighting : sightings()) look_up(sighting, view, map, ancestry);
+  while (associated_.size() < sightings_) associated_.emplace_back(particles_);
+  for (Sighting& sighting : sightings()) find_candidates(sighting, belief, gating_sample);
 }
 
-void ParticleAssociation::choose(const View& view, ParticleRange range) {
+void ParticleAssociation::associate(const Sampling& sampling, ParticleSet& particles, ParticleRange block) {
   for (std::size_t k = 0; k < sightings_; ++k) {
-    Sighting& sighting = pool_[k];
     TripleColumns& chances = chances_[k / kDrawnTogether];
     if (k % kDrawnTogether == 0) {
       const auto purpose = static_cast<std::uint32_t>(1 + k / kDrawnTogether);
-      draw_uniforms({view.draw.seed, view.draw.step, purpose}, range, chances);
+      draw_uniforms({sampling.draw.seed, sampling.draw.step, purpose}, block, chances);
     }
-    choose_landmarks(
-        sighting.reading,
-        {view.sensors, view.sensor_covariance, options_, chances[k % kDrawnTogether], view.log_weights},
-        range, sighting.may_show);
+    choose_landmarks(pool_[k].reading,
+                     {particles.sensors, sampling.sensor_covariance, options_, chances[k % kDrawnTogether],
+                      particles.log_weights.data()},
+                     block, pool_[k].may_show);
   }
 }
 
-void ParticleAssociation::decide(const View& view) {
+void ParticleAssociation::resolve(const Matrix3& sensor_covariance, const SensorColumns& sensors,
+                                  std::vector<KnownReading>& readings) {
   std::vector<Hypotheses*> all;
   for (Sighting& sighting : sightings()) all.push_back(&sighting.may_show);
   exclusion_.apply(all, particles_);
-  for (std::size_t k = 0; k < sightings_; ++k) prepare(k, view);
+  for (std::size_t k = 0; k < sightings_; ++k) {
+    Sighting& sighting = pool_[k];
+    find_agreement(sighting);
+    find_reported(sighting, sensors.in_world(reporter_), sensor_covariance);
+    if (sighting.is_mapped) readings.push_back({sighting.reading, &associated_landmarks(k)});
+  }
 }
 
 /// The landmarks that are near for some member of the gating subset, the likeliest first.
-void ParticleAssociation::look_up(Sighting& sighting, const View& view, ParticleMap& map,
-                                  Ancestry& ancestry) {
+void ParticleAssociation::find_candidates(Sighting& sighting, ParticleBelief& belief,
+                                          GatingSample& gating_sample) {
+  auto& [particles, map, paths, pending] = belief;
   const double sigmas = std::sqrt(options_.near * options_.gate);
-  const GatingSample::Spread points = view.gating_sample.spread_of(sighting.reading);
+  const GatingSample::Spread points = gating_sample.spread_of(sighting.reading);
   const double radius = kBeyondSample * points.reach_m + sigmas * points.sigma_m;
   sighting.place = points.place;
   std::vector<std::size_t> near;
@@ -112,21 +119,21 @@ void ParticleAssociation::look_up(Sighting& sighting, const View& view, Particle
   for (const std::size_t index : near) {
     if ((grid_.place(index) - points.place).norm() > radius + entries_[index].slack_m) continue;
     const auto landmark = static_cast<LandmarkId>(index);
-    const double nis = view.gating_sample.least_nis(sighting.reading, map.stored(landmark, ancestry));
+    const double nis = gating_sample.least_nis(sighting.reading, map.stored(landmark, particles.ancestry));
     if (nis <= kBetweenMembers * options_.near * options_.gate) likely.push_back({nis, landmark});
   }
   std::ranges::sort(likely);
   if (likely.size() > kMostCandidates) likely.resize(kMostCandidates);
   sighting.may_show.reset(particles_);
   for (const auto& [nis, landmark] : likely)
-    sighting.may_show.add({landmark, &map.request(landmark, ancestry)});
+    sighting.may_show.add({landmark, &map.request(landmark, particles.ancestry)});
 }
 
 /// Puts a landmark into the grid, where the gating subset has it today.
-void ParticleAssociation::locate(LandmarkId landmark, ParticleMap& map, const Ancestry& ancestry,
-                                 GatingSample& gating_sample) {
+void ParticleAssociation::locate(LandmarkId landmark, ParticleBelief& belief, GatingSample& gating_sample) {
   const auto index = static_cast<std::size_t>(landmark);
-  const GatingSample::Spread spread = gating_sample.spread_of(map.stored(landmark, ancestry));
+  const GatingSample::Spread spread =
+      gating_sample.spread_of(belief.map.stored(landmark, belief.particles.ancestry));
   if (!spread.is_any) return;
   grid_.put(index, spread.place);
   entries_[index].slack_m =
@@ -138,138 +145,141 @@ void ParticleAssociation::locate(LandmarkId landmark, ParticleMap& map, const An
   for (const Entry& entry : entries_) widest_m_ = std::max(widest_m_, entry.slack_m);
 }
 
-/// What the reporter finds; and where particles differ, the column of what each takes the sighting for.
-void ParticleAssociation::prepare(std::size_t k, const View& view) {
-  Sighting& sighting = pool_[k];
-  const std::span chosen(sighting.may_show.choices.data(), particles_);
+/// Whether all particles associate a sighting alike, and whether some do with a landmark.
+void ParticleAssociation::find_agreement(Sighting& sighting) const {
+  const std::span choices(sighting.may_show.choices.data(), particles_);
   std::int32_t differences = 0;  // bits in which some choice differs from the first
   std::int32_t all = -1;         // bits that all have: the sign where none is a landmark
-  for (const std::int32_t choice : chosen) {
-    differences |= choice ^ chosen.front();
+  for (const std::int32_t choice : choices) {
+    differences |= choice ^ choices.front();
     all &= choice;
   }
   sighting.is_unanimous = differences == 0;
-  sighting.is_known = all >= 0;
+  sighting.is_mapped = all >= 0;
+}
+
+/// Innovation and NIS of the landmark that the reporter associates a sighting with; of the nearest where that
+/// is ambiguous.
+void ParticleAssociation::find_reported(Sighting& sighting, const SensorAt& sensor,
+                                        const Matrix3& sensor_covariance) const {
+  const std::int32_t choice = sighting.may_show.choices[reporter_];
   sighting.innovation = Vector2::Zero();
   sighting.nis = 0.0;
   for (const Candidate& candidate : sighting.may_show.candidates) {
     const LandmarkEstimate m = candidate.columns->at(reporter_);
-    const bool is_reported =
-        candidate.landmark == chosen[reporter_] || chosen[reporter_] == kAmbiguousLandmark;
+    const bool is_reported = candidate.landmark == choice || choice == kAmbiguousLandmark;
     if (!is_reported || !is_there(m)) continue;
-    const Expected expected =
-        expected_of(view.sensors.in_world(reporter_), view.sensor_covariance, sighting.reading, m);
+    const Expected expected = expected_of(sensor, sensor_covariance, sighting.reading, m);
     if (sighting.nis > 0.0 && expected.nis >= sighting.nis) continue;
     sighting.innovation = expected.innovation;
     sighting.nis = expected.nis;
   }
-  if (taken_for_.size() == k) taken_for_.emplace_back(particles_);
-  if (!sighting.is_known || sighting.is_unanimous) return;
-  taken_for_[k].fill({sighting.place.x(), sighting.place.y(), kAnywhere_m2, 0.0, kAnywhere_m2});
-  for (const Candidate& candidate : sighting.may_show.candidates)
-    take_chosen(sighting.may_show.choices.data(), candidate, {0, padded(particles_)}, taken_for_[k]);
 }
 
-void ParticleAssociation::add_readings(std::vector<KnownReading>& readings) {
-  for (std::size_t k = 0; k < sightings_; ++k) {
-    Sighting& sighting = pool_[k];
-    if (!sighting.is_known) continue;
-    LandmarkColumns* columns = &taken_for_[k];
-    if (sighting.is_unanimous)
-      columns = std::ranges::find(sighting.may_show.candidates, sighting.may_show.choices.front(),
-                                  &Candidate::landmark)
-                    ->columns;
-    readings.push_back({sighting.reading, columns});
-  }
+/// Of each particle the landmark that it associates a sighting with: one of the map where all agree, else
+/// gathered from several.
+LandmarkColumns& ParticleAssociation::associated_landmarks(std::size_t k) {
+  const Sighting& sighting = pool_[k];
+  const Hypotheses& may_show = sighting.may_show;
+  if (sighting.is_unanimous) return *sighting.candidate(may_show.choices.front())->columns;
+  LandmarkColumns& gathered = associated_[k];
+  gathered.fill({sighting.place.x(), sighting.place.y(), kAnywhere_m2, 0.0, kAnywhere_m2});
+  for (const Candidate& candidate : may_show.candidates)
+    take_chosen(may_show.choices.data(), candidate, {0, padded(particles_)}, gathered);
+  return gathered;
 }
 
-void ParticleAssociation::update_map(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry,
+void ParticleAssociation::update_map(ParticleBelief& belief, GatingSample& gating_sample,
                                      StepReport& report) {
+  ParticleSet& particles = belief.particles;
+  const auto best = std::ranges::max_element(particles.log_weights) - particles.log_weights.begin();
+  best_sensor_ = particles.poses.at(static_cast<std::size_t>(best)) * sensor_.body_from_sensor;
   for (std::size_t k = 0; k < sightings_; ++k) {
     const Sighting& sighting = pool_[k];
     const std::int32_t choice = sighting.may_show.choices[reporter_];
     report.observations[sighting.observation] = {choice >= 0 ? Decision::matched : Decision::rejected,
-                                                 choice >= 0 ? map.id_of(choice) : kUnknownLandmark,
+                                                 choice >= 0 ? belief.map.id_of(choice) : kUnknownLandmark,
                                                  sighting.innovation, sighting.nis};
-    if (sighting.is_known && !sighting.is_unanimous) put_back(k, drawn);
+    if (sighting.is_mapped && !sighting.is_unanimous) scatter_associated(k, particles);
     for (const Candidate& candidate : sighting.may_show.candidates)
-      locate(candidate.landmark, map, ancestry, drawn.gating_sample);
+      locate(candidate.landmark, belief, gating_sample);
     if (choice != kAmbiguousLandmark) visibility_.add_seen(sighting.seen.range_m, sighting.seen.bearing_rad);
-    if (choice >= 0) map.count_sighting(choice);
+    if (choice >= 0) belief.map.count_sighting(choice);
   }
-  update_existence(drawn, map, ancestry);
+  update_existence(belief);
 }
 
-void ParticleAssociation::create(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry,
-                                 StepReport& report) {
+void ParticleAssociation::create(ParticleBelief& belief, GatingSample& gating_sample, StepReport& report) {
   for (const Sighting& sighting : sightings()) {
-    const double share = sighting.share_that_chose(kNewLandmark, drawn.weights);
+    const double share = sighting.share_that_chose(kNewLandmark, belief.particles.weights);
     const bool is_reported = sighting.may_show.choices[reporter_] == kNewLandmark;
     if (share < kLeastWeightShare && !is_reported) continue;
-    const LandmarkId landmark = create(sighting, drawn, map, ancestry);
+    const LandmarkId landmark = create(sighting, belief, gating_sample);
     if (!is_reported) continue;
     report.observations[sighting.observation].decision = Decision::created;
-    report.observations[sighting.observation].landmark = map.id_of(landmark);
+    report.observations[sighting.observation].landmark = belief.map.id_of(landmark);
   }
 }
 
-/// What each particle has learned of its landmark; and for those that saw none of theirs, the density of a
-/// new landmark instead of that of one anywhere.
-void ParticleAssociation::put_back(std::size_t k, const Drawn& drawn) {
+/// What each particle has learned of its landmark goes back into the map; and those that saw none of theirs
+/// are weighed by the density of a new landmark instead of that of one anywhere.
+void ParticleAssociation::scatter_associated(std::size_t k, ParticleSet& particles) {
   const Sighting& sighting = pool_[k];
   for (const Candidate& candidate : sighting.may_show.candidates)
-    take_chosen(sighting.may_show.choices.data(), {candidate.landmark, &taken_for_[k]},
+    take_chosen(sighting.may_show.choices.data(), {candidate.landmark, &associated_[k]},
                 {0, padded(particles_)}, *candidate.columns);
   const double of_anywhere = std::log(sighting.seen.range_m / (2.0 * kPi * kAnywhere_m2));
   const double more = -0.5 * cost_of_new(options_) - of_anywhere;
   for (std::size_t i = 0; i < particles_; ++i)
-    drawn.log_weights[i] += sighting.may_show.choices[i] < 0 ? more : 0.0;
+    particles.log_weights[i] += sighting.may_show.choices[i] < 0 ? more : 0.0;
 }
 
-LandmarkId ParticleAssociation::create(const Sighting& sighting, const Drawn& drawn, ParticleMap& map,
-                                       Ancestry& ancestry) {
-  const LandmarkEstimate near = first_estimate(drawn.sensors.in_world(reporter_), sighting.reading);
-  const LandmarkId landmark = map.add_unidentified({near.x, near.y}, ancestry);
-  LandmarkColumns& columns = map.current(landmark, ancestry);
-  set_first_estimates(sighting.reading, drawn.sensors, {0, padded(particles_)}, columns);
+LandmarkId ParticleAssociation::create(const Sighting& sighting, ParticleBelief& belief,
+                                       GatingSample& gating_sample) {
+  auto& [particles, map, paths, pending] = belief;
+  const LandmarkEstimate near = first_estimate(particles.sensors.in_world(reporter_), sighting.reading);
+  const LandmarkId landmark = map.add_unidentified({near.x, near.y}, particles.ancestry);
+  LandmarkColumns& columns = map.current(landmark, particles.ancestry);
+  set_first_estimates(sighting.reading, particles.sensors, particles.all(), columns);
   for (std::size_t i = 0; i < particles_; ++i)
     if (sighting.may_show.choices[i] != kNewLandmark) columns.set(i, {near.x, near.y, kAbsent, 0.0, kAbsent});
   const auto index = static_cast<std::size_t>(landmark);
   if (entries_.size() <= index) entries_.resize(index + 1);
-  entries_[index].existence = {0.0, drawn.sensor_of_reporter.translation()};
-  locate(landmark, map, ancestry, drawn.gating_sample);
+  entries_[index].existence = {0.0, best_sensor_.translation()};
+  locate(landmark, belief, gating_sample);
   if (!grid_.contains(index)) grid_.put(index, {near.x, near.y});
   return landmark;
 }
 
 /// Landmarks that ought to be seen become less likely where most particles that have them do not see them;
 /// those that no particle has any more go as well. Eq. 23.
-void ParticleAssociation::update_existence(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry) {
+void ParticleAssociation::update_existence(ParticleBelief& belief) {
+  auto& [particles, map, paths, pending] = belief;
   const bool has_matched =
       std::ranges::any_of(sightings(), [&](const Sighting& s) { return s.may_show.choices[reporter_] >= 0; });
   if (!has_matched) return;
-  const Vector2 from = drawn.sensor_of_reporter.translation();
+  const Vector2 from = best_sensor_.translation();
+  const SensorAt sensor_of_reporter = particles.sensors.in_world(reporter_);
   std::vector<std::size_t> around;
   grid_.near(from, visibility_.reach_m(), map.landmarks(), around);
   for (const std::size_t index : around) {
-    const ExpectedReading expected = expected_reading(drawn.sensor_of_reporter, {}, grid_.place(index));
+    const ExpectedReading expected = expected_reading(best_sensor_, {}, grid_.place(index));
     Existence& existence = entries_[index].existence;
     if (!existence.has_parallax(from, expected.range_m)) continue;
     const auto landmark = static_cast<LandmarkId>(index);
-    const double having = share_that_has(map.current(landmark, ancestry), drawn.weights);
-    const bool is_seen = share_that_saw(landmark, drawn.weights) > 0.5 * having;
+    const double having = share_that_has(map.current(landmark, particles.ancestry), particles.weights);
+    const bool is_seen = share_that_saw(landmark, particles.weights) > 0.5 * having;
     const Existence::ExpectedSighting expected_sighting{from, expected.range_m, expected.bearing_rad, is_seen,
-                                                        !is_seen && fits_one(landmark, drawn)};
+                                                        !is_seen && fits_one(landmark, sensor_of_reporter)};
     if (having > kLeastWeightShare && existence.update(expected_sighting, visibility_)) continue;
-    map.remove(landmark, ancestry);
+    map.remove(landmark, particles.ancestry);
     grid_.remove(index);
     entries_[index] = {};
   }
 }
 
-/// Whether a sighting fits it, for the reporter, whatever that took it for.
-bool ParticleAssociation::fits_one(LandmarkId landmark, const Drawn& drawn) const {
-  const SensorAt sensor = drawn.sensors.in_world(reporter_);
+/// Whether a sighting fits it, for the reporter, whatever that associates it with.
+bool ParticleAssociation::fits_one(LandmarkId landmark, const SensorAt& sensor) const {
   return std::ranges::any_of(sightings(), [&](const Sighting& sighting) {
     const Candidate* candidate = sighting.candidate(landmark);
     if (candidate == nullptr) return false;

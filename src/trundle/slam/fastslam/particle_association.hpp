@@ -7,12 +7,11 @@
 #include "trundle/slam/association/association.hpp"
 #include "trundle/slam/association/existence.hpp"
 #include "trundle/slam/association/landmark_grid.hpp"
-#include "trundle/slam/fastslam/ancestry.hpp"
 #include "trundle/slam/fastslam/choice_kernels.hpp"
 #include "trundle/slam/fastslam/gating_sample.hpp"
 #include "trundle/slam/fastslam/mutual_exclusion.hpp"
+#include "trundle/slam/fastslam/particle_belief.hpp"
 #include "trundle/slam/fastslam/particle_kernels.hpp"
-#include "trundle/slam/fastslam/particle_map.hpp"
 
 namespace trundle::slam {
 
@@ -30,35 +29,26 @@ class ParticleAssociation {
   /// Takes the observations of a step that have no name.
   void collect(std::span<const Observation> observations);
   [[nodiscard]] bool sees_something() const { return sightings_ > 0; }
-  /// The particles as they are when they look, from `choose` on.
-  struct View {
-    const SensorColumns& sensors;
-    Matrix3 sensor_covariance;  ///< of a twist in the sensor's frame, beyond that
-    std::size_t reporter;       ///< whose decisions are reported
+  /// Which landmarks each may show, by the gating subset of this step: they are requested of the map for all
+  /// particles.
+  void find_candidates(ParticleBelief& belief, GatingSample& gating_sample);
+  /// How a particle associates.
+  struct Sampling {
+    Matrix3 sensor_covariance;  ///< of a twist in the sensor's frame, about where its sensor stands
     Draw draw;                  ///< purposes from 1 on are free
-    double* log_weights;
-    GatingSample& gating_sample;  ///< of this step; it says which landmarks are candidates
   };
-  /// What each particle takes them for: which landmarks come into question, and are requested of the map for
-  /// all particles; what some particles choose; and what becomes of all choices together.
-  void look_up(const View& view, ParticleMap& map, Ancestry& ancestry);
-  void choose(const View& view, ParticleRange range);
-  void decide(const View& view);
-  /// Readings for all particles, of the sightings that some particle takes for a landmark it has.
-  void add_readings(std::vector<KnownReading>& readings);
+  /// A block of the particles draws its associations.
+  void associate(const Sampling& sampling, ParticleSet& particles, ParticleRange block);
+  /// Once all have: decides again where two sightings show a particle the same landmark, and adds a reading
+  /// for all particles of each sighting that some particle associates with a landmark.
+  void resolve(const Matrix3& sensor_covariance, const SensorColumns& sensors,
+               std::vector<KnownReading>& readings);
 
-  /// What is left to do once particles are drawn and weighed.
-  struct Drawn {
-    const SensorColumns& sensors;
-    Pose2 sensor_of_reporter;
-    double* log_weights;
-    const Column<double>& weights;  ///< those before the step
-    GatingSample& gating_sample;
-  };
-  /// Puts the improved landmarks back, and removes those that ought to be seen and are not.
-  void update_map(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry, StepReport& report);
+  /// Once particles are drawn and weighed, of their weights before the step: puts the improved landmarks
+  /// back, and removes those that ought to be seen and are not.
+  void update_map(ParticleBelief& belief, GatingSample& gating_sample, StepReport& report);
   /// Adds new ones; after that there is nothing more to do in this step.
-  void create(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry, StepReport& report);
+  void create(ParticleBelief& belief, GatingSample& gating_sample, StepReport& report);
 
   /// Whether a landmark without a name has been confirmed; those with a name need not be.
   [[nodiscard]] bool is_confirmed(LandmarkId landmark) const {
@@ -82,9 +72,9 @@ class ParticleAssociation {
     Vector2 place = Vector2::Zero();  ///< where the reporter sees it
     Hypotheses may_show = {};
     bool is_unanimous = false;
-    bool is_known = false;  ///< some particle takes it for a landmark that it has
-    Vector2 innovation = Vector2::Zero();
-    double nis = 0.0;  ///< of what is reported
+    bool is_mapped = false;                ///< some particle associates it with a landmark that it has
+    Vector2 innovation = Vector2::Zero();  ///< of what is reported
+    double nis = 0.0;
 
     /// Nothing where that landmark comes into question for no particle.
     [[nodiscard]] const Candidate* candidate(LandmarkId landmark) const {
@@ -110,19 +100,20 @@ class ParticleAssociation {
 
   std::span<Sighting> sightings() { return {pool_.data(), sightings_}; }
   [[nodiscard]] std::span<const Sighting> sightings() const { return {pool_.data(), sightings_}; }
-  void look_up(Sighting& sighting, const View& view, ParticleMap& map, Ancestry& ancestry);
-  void locate(LandmarkId landmark, ParticleMap& map, const Ancestry& ancestry, GatingSample& gating_sample);
-  void prepare(std::size_t k, const View& view);
-  void put_back(std::size_t k, const Drawn& drawn);
-  LandmarkId create(const Sighting& sighting, const Drawn& drawn, ParticleMap& map, Ancestry& ancestry);
-  void update_existence(const Drawn& drawn, ParticleMap& map, Ancestry& ancestry);
-  [[nodiscard]] bool fits_one(LandmarkId landmark, const Drawn& drawn) const;
+  void find_candidates(Sighting& sighting, ParticleBelief& belief, GatingSample& gating_sample);
+  void locate(LandmarkId landmark, ParticleBelief& belief, GatingSample& gating_sample);
+  void find_agreement(Sighting& sighting) const;
+  void find_reported(Sighting& sighting, const SensorAt& sensor, const Matrix3& sensor_covariance) const;
+  LandmarkColumns& associated_landmarks(std::size_t k);
+  void scatter_associated(std::size_t k, ParticleSet& particles);
+  LandmarkId create(const Sighting& sighting, ParticleBelief& belief, GatingSample& gating_sample);
+  void update_existence(ParticleBelief& belief);
+  [[nodiscard]] bool fits_one(LandmarkId landmark, const SensorAt& sensor) const;
   [[nodiscard]] double share_that_saw(LandmarkId landmark, const Column<double>& weights) const;
 
   LandmarkSensor sensor_;
   std::size_t particles_;
   AssociationOptions options_;
-  std::size_t reporter_ = 0;
   LandmarkGrid grid_;
   std::vector<Entry> entries_;  ///< by landmark
   double widest_m_ = 0.0;       ///< no slack is greater
@@ -131,9 +122,11 @@ class ParticleAssociation {
   // Of one step.
   std::vector<Sighting> pool_;
   std::size_t sightings_ = 0;
+  std::size_t reporter_ = 0;  ///< the most probable particle before it: its associations are reported
+  Pose2 best_sensor_;         ///< of the most probable one once weighed: it decides what ought to be seen
   MutualExclusion exclusion_;
-  std::vector<TripleColumns> chances_;      ///< for three sightings each
-  std::vector<LandmarkColumns> taken_for_;  ///< for each sighting, what each particle takes it for
+  std::vector<TripleColumns> chances_;       ///< for three sightings each
+  std::vector<LandmarkColumns> associated_;  ///< for each sighting, what each particle associates it with
 };
 
 }  // namespace trundle::slam

@@ -105,31 +105,26 @@ void ParticleSlam::request_landmarks() {
   }
 }
 
-/// Eq. 9; and what unidentified sightings show each particle: where it is drawn from the motion alone, it is
-/// drawn by then, else it is at its prediction and the motion's covariance is its own.
+/// Eq. 9; and what unidentified sightings show each particle: one that is drawn from the motion alone is
+/// drawn by then, any other stands at its prediction, as unsure as the motion.
 void ParticleSlam::predict_and_associate(const Draw& draw, const Placement& by_motion) {
   request_landmarks();
   ParticleSet& particles = belief_.particles;
-  const PendingMotion& pending = belief_.pending;
-  const bool is_drawn = proposal_.is_motion();
-  const Matrix3 L = is_drawn ? by_motion.L : Matrix3(Matrix3::Zero());
+  Matrix3 L = by_motion.L, unsure = belief_.pending.covariance();
+  (proposal_.is_motion() ? unsure : L).setZero();
   const Matrix3 Ad = adjoint(sensor_.body_from_sensor.inverse());
-  const Matrix3 unsure =
-      is_drawn ? Matrix3(Matrix3::Zero()) : Matrix3(Ad * pending.covariance() * Ad.transpose());
-  const ParticleAssociation::View view{
-      particles.sensors, unsure, particles.best(), draw, particles.log_weights.data(), gating_sample_};
-  association_.look_up(view, belief_.map, particles.ancestry);
+  const ParticleAssociation::Sampling sampling{Ad * unsure * Ad.transpose(), draw};
+  association_.find_candidates(belief_, gating_sample_);
   thread_pool_.for_all_particles([&](ParticleRange block) {
-    predict(particles.poses, particles.systematic, pending.prediction(), block, particles.predicted);
+    predict(particles.poses, particles.systematic, belief_.pending.prediction(), block, particles.predicted);
     belief_.map.gather(block);
     draw_normals(draw, block, particles.noise);
     place(particles.predicted, particles.noise, {L, sensor_.body_from_sensor}, block, particles.poses,
           particles.sensors);
-    association_.choose(view, block);
+    association_.associate(sampling, particles, block);
   });
   belief_.map.end_gather();
-  association_.decide(view);
-  association_.add_readings(seen_.readings);
+  association_.resolve(sampling.sensor_covariance, particles.sensors, seen_.readings);
   seen_.near.set(seen_.readings, particles.sensors.origin);
 }
 
@@ -140,21 +135,12 @@ void ParticleSlam::propose_and_weigh(const PoseProposal::Step& proposal, Particl
   weigh_and_improve(seen_.near, particles.sensors, block, particles.log_weights.data());
 }
 
-/// Sightings without names find their way back into the map; then come the landmarks that are new.
+/// Unidentified sightings update the map before named landmarks are added, and those they show after it.
 void ParticleSlam::create_landmarks(std::span<const Observation> observations) {
-  ParticleSet& particles = belief_.particles;
-  const auto add_named = [&] {
-    for (const std::size_t i : seen_.unmapped) add_landmark(observations[i], i);
-  };
-  if (!association_.sees_something()) return add_named();
-  const auto best = static_cast<std::size_t>(std::ranges::max_element(particles.log_weights) -
-                                             particles.log_weights.begin());
-  const Pose2 sensor = particles.poses.at(best) * sensor_.body_from_sensor;
-  const ParticleAssociation::Drawn drawn{particles.sensors, sensor, particles.log_weights.data(),
-                                         particles.weights, gating_sample_};
-  association_.update_map(drawn, belief_.map, particles.ancestry, report_);
-  add_named();
-  association_.create(drawn, belief_.map, particles.ancestry, report_);
+  const bool has_unidentified = association_.sees_something();
+  if (has_unidentified) association_.update_map(belief_, gating_sample_, report_);
+  for (const std::size_t i : seen_.unmapped) add_landmark(observations[i], i);
+  if (has_unidentified) association_.create(belief_, gating_sample_, report_);
 }
 
 /// A landmark seen for the first time; a second sighting of it in the same step improves it.
