@@ -36,13 +36,13 @@ Eigen::MatrixXd noise_after_turn(std::optional<double> rest_rad) {
     increment.has_gyro = true;
     increment.gyro_rad = gyro_rad;
     odometer.step(increment);
-    errors.follow(increment, odometer.pose());
+    errors.propagate(increment, odometer.pose());
   };
   const double turn_rad = kPi * 0.2 * kTurnsPerStep * std::sin(kSteering_rad) / kWheelbase_m;
   for (int i = 0; i < 50; ++i) step(kTurnsPerStep, kSteering_rad, turn_rad);
   for (int i = 0; rest_rad && i < 50; ++i) step(0.0, 1e-5, *rest_rad);
   for (int i = 0; i < 50; ++i) step(kTurnsPerStep, kSteering_rad, turn_rad);
-  (void)errors.revealed(Vector3::Zero(), odometer.pose());
+  (void)errors.correction(Vector3::Zero(), odometer.pose());
   return errors.noise_in_information(Matrix3::Identity());
 }
 

@@ -33,12 +33,12 @@ struct ArcErrors {
 };
 [[nodiscard]] ArcErrors arc_errors(const Pose2& from, const Pose2& to);
 
-/// Covariances of a sum Pᵀz that the same readings make beside a pose: of the errors of sensitivities to one
-/// parameter (first) with errors (second).
-struct SumErrors {
-  Eigen::MatrixXd pose_sum;  ///< 3×m
-  Eigen::MatrixXd sum_pose;  ///< m×3
-  Eigen::MatrixXd sum_sum;
+/// Of a window's parity residual Pᵀz, a state beside the pose that the same readings move: covariances of the
+/// errors of sensitivities to one parameter (first) with errors (second).
+struct ParityErrors {
+  Eigen::MatrixXd pose_parity;  ///< 3×m
+  Eigen::MatrixXd parity_pose;  ///< m×3
+  Eigen::MatrixXd parity_parity;
 };
 
 /// Errors in variables. How the pose depends on a parameter is computed from the readings that made the pose,
@@ -56,30 +56,30 @@ class SensitivityErrors {
                     const Chassis& as_read, bool with_scatter);
 
   /// An increment that brought the odometer to `pose`.
-  void follow(const Increment& increment, const Pose2& pose);
+  void propagate(const Increment& increment, const Pose2& pose);
   /// What a measurement of the pose says of the sensitivities beyond their computed values: C Hᵀ S⁻¹ e, with
   /// its innovation e of covariance S.
-  PoseSensitivity revealed(const Vector3& weighed_innovation, const Pose2& pose);
+  PoseSensitivity correction(const Vector3& weighed_innovation, const Pose2& pose);
   /// What the errors of so corrected sensitivities make of the information that a measurement of the pose
   /// has, of weight Hᵀ S⁻¹ H; nothing without scatter.
   [[nodiscard]] Eigen::MatrixXd noise_in_information(const Matrix3& weight) const;
-  /// After the measurement, which moved the odometer to `pose`: keep = I − K H. A sum beside it moved by
-  /// `sum_by_pose` times the error of the pose.
+  /// After the measurement, which moved the odometer to `pose`: keep = I − K H. The parity
+  /// residual beside it moved by `parity_by_pose` times the error of the pose.
   void correct(const Matrix3& weight, const Matrix3& keep, const Pose2& pose,
-               const Eigen::MatrixX3d& sum_by_pose = {});
+               const Eigen::MatrixX3d& parity_by_pose = {});
 
-  /// The next increment adds to a sum Pᵀz, which begins if there is none. Begun at `pose`.
-  void add_to_sum(const Combinations& P, const Pose2& pose);
+  /// The next increment adds to a parity residual Pᵀz, which begins if there is none. Begun at `pose`.
+  void add_to_parity(const Combinations& P, const Pose2& pose);
   /// Of each parameter.
-  [[nodiscard]] const std::vector<SumErrors>& of_sum() const { return sums_; }
-  /// The sum ends at `pose`: what was followed up to there counts.
-  void end_sum(const Pose2& pose);
-  /// As noise_in_information(), of a measurement of the sum.
-  [[nodiscard]] Eigen::MatrixXd noise_in_sum(const Eigen::MatrixXd& weight) const;
-  /// After a measurement of the sum that ended, of that weight, moved the pose by that gain. There is no sum
-  /// any more.
-  void correct_by_sum(const Eigen::MatrixXd& weight, const CommonError& gain, const Pose2& pose);
-  void drop_sum();
+  [[nodiscard]] const std::vector<ParityErrors>& of_parity() const { return parity_; }
+  /// It ends at `pose`: what was propagated up to there counts.
+  void end_parity(const Pose2& pose);
+  /// As noise_in_information(), of a measurement of the parity residual.
+  [[nodiscard]] Eigen::MatrixXd noise_in_parity(const Eigen::MatrixXd& weight) const;
+  /// After a measurement of the parity residual that ended, of that weight, moved the pose by that gain.
+  /// There is none any more.
+  void correct_by_parity(const Eigen::MatrixXd& weight, const CommonError& gain, const Pose2& pose);
+  void drop_parity();
   /// All of them up to `pose`, in body axes there, with the rounding of the last counts as MotionSum counts
   /// it; then all begins anew at (0, 0, 0).
   ReadingErrors take(const Pose2& pose);
@@ -91,15 +91,17 @@ class SensitivityErrors {
   /// Per unit error of each reading [1/m; the gyro's 1/rad].
   using ByReading = TwistGain;
 
-  void prepare(const Chassis& chassis, const Rows& rows, const Vector3& motion);
-  void close(const Pose2& pose);
-  [[nodiscard]] std::vector<Eigen::MatrixXd> sums_by_reading(const RowVector& variance) const;
-  void carry_sums(const Matrix3& F, const Matrix3& M, const RowVector& variance,
-                  const std::vector<Eigen::MatrixXd>& by_reading);
-  void carry_scatter(const Matrix3& F, const Matrix3& M, const RowVector& variance,
-                     const std::vector<Eigen::MatrixXd>& sums_by_reading);
-  [[nodiscard]] Eigen::MatrixXd revealed_by_pose() const;
-  [[nodiscard]] Eigen::MatrixXd revealed_by_sum() const;
+  void linearise(const Chassis& chassis, const Rows& rows, const Vector3& motion);
+  void end_arc(const Pose2& pose);
+  void propagate_third_moment(const Matrix3& F, const Matrix3& M, const RowVector& variance);
+  void add_covariance(const Matrix3& M, const RowVector& variance);
+  [[nodiscard]] std::vector<Eigen::MatrixXd> parity_by_reading(const RowVector& variance) const;
+  void propagate_parity(const Matrix3& F, const Matrix3& M, const RowVector& variance,
+                        const std::vector<Eigen::MatrixXd>& by_reading);
+  void propagate_scatter(const Matrix3& F, const Matrix3& M, const RowVector& variance,
+                         const std::vector<Eigen::MatrixXd>& parity_by_reading);
+  [[nodiscard]] Eigen::MatrixXd covariance_with_pose() const;
+  [[nodiscard]] Eigen::MatrixXd covariance_with_parity() const;
   void add_last_counts(const Pose2& pose);
   RowVector variance_of_rows(const Vector3& motion) const;
   RowVector of_sensors(RowVector variance) const;
@@ -108,22 +110,23 @@ class SensitivityErrors {
   Chassis chassis_;  ///< as its rows are weighed
   Chassis as_read_;  ///< as its readings err, but for rounding
   std::vector<Parameter> parameters_;
-  Chassis standing_;                    ///< with its wheels at the angles of the present interval
-  Rows rows_;                           ///< of that
-  ByReading pose_;                      ///< G of ξ = G z, the error of the motion
-  std::vector<ByReading> sensitivity_;  ///< G ∂z/z − G (∂H G + E), that of its sensitivity to each parameter
+  Chassis at_steering_;  ///< with its wheels at the angles of the present arc
+  Rows rows_;            ///< of that
+  ByReading gain_;       ///< G of ξ = G z, the error of the motion
+  std::vector<ByReading>
+      sensitivity_gain_;  ///< G ∂z/z − G (∂H G + E), that of its sensitivity to each parameter
   std::vector<RowMatrix> rows_by_twist_;       ///< ∂z/z H − ∂H − E H
   std::vector<Matrix3> covariance_;            ///< C in world axes
-  std::vector<SumErrors> sums_;                ///< empty: there is no sum
-  Combinations P_;                             ///< of the present interval
-  Eigen::Matrix<double, 3, 9> third_;          ///< T in world axes
+  std::vector<ParityErrors> parity_;           ///< empty: no parity residual is open
+  Combinations P_;                             ///< of the present arc
+  Eigen::Matrix<double, 3, 9> third_moment_;   ///< T in world axes
   std::optional<SensitivityScatter> scatter_;  ///< where it is wanted
-  Pose2 from_;                                 ///< where the open interval began
-  Increment ways_;                             ///< what rolled in it, without sign; its last steering
-  Increment net_;                              ///< and with it
+  Pose2 arc_start_;                            ///< where the open arc began
+  Increment travel_;                           ///< what rolled in it, without sign; its last steering
+  Increment signed_travel_;                    ///< and with it
   int increments_ = 0;                         ///< in it
-  bool complete_ = true;                       ///< the gyro was there throughout
-  bool counted_ = false;                       ///< counts fell since take()
+  bool has_gyro_ = true;                       ///< the gyro was there throughout
+  bool has_counts_ = false;                    ///< counts fell since take()
 };
 
 }  // namespace trundle::calibration

@@ -24,29 +24,29 @@ class ParityFilter {
   void skip(Information& information);
   /// The same of one that moved the odometer from there, where it had rolled so: for the errors of its
   /// sensitivities too. Where a window ends, what it says is added, and moves the odometer.
-  void follow(const Increment& increment, const Pose2& from, const Rolling& rolling, Odometer& odometer,
-              SensitivityErrors& errors, Information& information);
-  /// What was followed up to `pose` counts before a measurement moves it.
-  void close(const Pose2& pose);
-  /// An innovation of weight W corrects the pose to `pose`, keep = I − K H, and with it the sum. `errors`:
-  /// before it does. Returns by how much the sum moves with what was wrong with the pose.
+  void propagate(const Increment& increment, const Pose2& from, const Rolling& rolling, Odometer& odometer,
+                 SensitivityErrors& errors, Information& information);
+  /// What was propagated up to `pose` counts before a measurement moves it.
+  void end_arc(const Pose2& pose);
+  /// An innovation of weight W corrects the pose to `pose`, keep = I − K H, and with it the parity
+  /// residual. `errors`: before it does. Returns by how much the residual moves with the pose's error.
   Eigen::MatrixX3d correct(const ReferenceMeasurement& measurement, const ReferenceMeasurement::Weight& W,
                            const Matrix3& keep, const SensitivityErrors& errors, const Pose2& pose);
   /// From here on the pose owes nothing to readings.
   void restart() {
-    sum_ = {};
+    parity_ = {};
     windows_.drop_common_error();
   }
 
  private:
-  /// The open window's sum: of its error, and of what measurements of the pose made of it.
-  struct Sum {
+  /// The open window's parity residual: its error, and what measurements of the pose made of it.
+  struct Parity {
     CommonError with_pose;  ///< covariance with the pose (rows), world axes; empty: nothing moved the pose
-    Eigen::VectorXd moved;
-    Eigen::MatrixXd lessened;  ///< its covariance, by
-    Eigen::MatrixXd moved_by_parameters;
-    Pose2 from;  ///< where the open arc began, so long ago
-    double open_s = 0.0;
+    Eigen::VectorXd correction;
+    Eigen::MatrixXd variance_reduction;
+    Eigen::MatrixXd correction_by_parameters;
+    Pose2 arc_start;
+    double arc_s = 0.0;  ///< so long ago
   };
 
   void begin(const Pose2& pose);
@@ -56,7 +56,7 @@ class ParityFilter {
   ParityWindows windows_;
   ChassisLikelihoodOptions options_;
   Eigen::Index parameters_;
-  Sum sum_;
+  Parity parity_;
 };
 
 }  // namespace trundle::calibration

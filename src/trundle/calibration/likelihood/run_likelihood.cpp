@@ -30,29 +30,12 @@ Innovation innovation_of(const ReferenceMeasurement& m, const Weight& W, double 
   return innovation;
 }
 
-/// The Kalman update of pose, covariance (Joseph form) and sensitivity. `of_pose`: Hᵀ W H. `revealed`:
-/// SensitivityErrors.
-void update(Odometer& odometer, SensitivityErrors& errors, std::optional<ParityFilter>& parity,
-            const ReferenceMeasurement& m, const Weight& W, const Matrix3& of_pose,
-            const PoseSensitivity& revealed) {
-  const Matrix3 P = odometer.white_covariance();
-  const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 8> K = P * m.H.transpose() * W;
-  const Vector3 step = K * m.innovation;
-  const Matrix3 keep = Matrix3::Identity() - K * m.H;
-  const Matrix3 noise = K * m.variance.asDiagonal() * K.transpose();
-  if (parity) parity->close(odometer.pose());
-  odometer.correct(step, keep, noise, odometer.sensitivity() + revealed - K * m.J);
-  Eigen::MatrixX3d sum_by_pose;
-  if (parity) sum_by_pose = parity->correct(m, W, keep, errors, odometer.pose());
-  errors.correct(of_pose, keep, odometer.pose(), sum_by_pose);
-}
-
 /// The sensitivity as the innovation corrects it: eq. 6a.
-PoseSensitivity reveal(SensitivityErrors& errors, const Odometer& odometer, const Weight& W,
-                       ReferenceMeasurement& m) {
-  const PoseSensitivity revealed = errors.revealed(m.H.transpose() * (W * m.innovation), odometer.pose());
-  m.J += m.H * revealed;
-  return revealed;
+PoseSensitivity correct_sensitivity(SensitivityErrors& errors, const Odometer& odometer, const Weight& W,
+                                    ReferenceMeasurement& m) {
+  const PoseSensitivity correction = errors.correction(m.H.transpose() * (W * m.innovation), odometer.pose());
+  m.J += m.H * correction;
+  return correction;
 }
 
 /// The chassis with the noise of the run's readings alone.
@@ -70,10 +53,123 @@ bool is_finite(const Pose2& pose) {
   return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.heading);
 }
 
-Information& block_of(RunLikelihood& likelihood, std::size_t epoch, std::size_t epochs) {
-  const std::size_t blocks = likelihood.blocks.size();
-  return likelihood.blocks[std::min(blocks - 1, epoch * blocks / epochs)];
-}
+/// The Kalman filter that follows a run's reference, and what its innovations say of the parameters.
+class ReferenceFilter {
+ public:
+  ReferenceFilter(const Run& run, const Robot& robot, std::span<const Parameter> parameters,
+                  const LikelihoodOptions& options, RunLikelihood& result)
+      : run_(run),
+        robot_(robot),
+        parameters_(parameters),
+        options_(options),
+        result_(result),
+        read_(as_run_read(robot.chassis, run, options)),
+        odometer_(odometer_at_epoch(run, 0, robot, parameters, options.reference_noise)),
+        errors_(robot, parameters, odometer_.pose(), read_, options.with_noise) {
+    if (const auto& redundant = options.redundant)
+      parity_.emplace(run, redundant->robot, parameters, redundant->options);
+  }
+
+  void run() {
+    skip(run_.epochs.front(), result_.blocks.front());
+    for (std::size_t epoch = 1; epoch < run_.epochs.size(); ++epoch) {
+      predict(epoch);
+      if (std::ranges::binary_search(run_.jumps, epoch)) {
+        result_.outliers.push_back({run_.epoch_time(epoch), true});
+        start_anew(epoch);
+        continue;
+      }
+      const ReferenceSample sample =
+          sample_reference(run_.reference, run_.epoch_time(epoch) - robot_.reference_time_offset_s);
+      if (sample.empty()) continue;
+      if (!is_finite(odometer_.pose())) {
+        result_.blocks.front().chi2 = kEverything;
+        return;
+      }
+      update(epoch, sample);
+    }
+    skip(run_.readings.increments.size() - run_.epochs.back(), result_.blocks.back());
+  }
+
+ private:
+  Information& block_of(std::size_t epoch) {
+    const std::size_t blocks = result_.blocks.size();
+    return result_.blocks[std::min(blocks - 1, epoch * blocks / run_.epochs.size())];
+  }
+
+  /// Increments beside all epochs: no reference follows their motion.
+  void skip(std::size_t increments, Information& block) {
+    for (std::size_t i = 0; parity_ && i < increments; ++i) parity_->skip(block);
+  }
+
+  void start_anew(std::size_t epoch) {
+    odometer_ = odometer_at_epoch(run_, epoch, robot_, parameters_, options_.reference_noise);
+    errors_ = {robot_, parameters_, odometer_.pose(), read_, options_.with_noise};
+    if (parity_) parity_->restart();
+    is_contradicted_ = false;
+  }
+
+  /// To an epoch, from the one before.
+  void predict(std::size_t epoch) {
+    for (std::size_t i = run_.epochs[epoch - 1]; i < run_.epochs[epoch]; ++i) {
+      const Pose2 from = odometer_.pose();
+      const Rolling rolling = odometer_.state().rolling;
+      const Increment increment = step_along(run_, i, odometer_);
+      if (parity_)
+        parity_->propagate(increment, from, rolling, odometer_, errors_, block_of(epoch));
+      else
+        errors_.propagate(increment, odometer_.pose());
+    }
+  }
+
+  void update(std::size_t epoch, const ReferenceSample& sample) {
+    ReferenceMeasurement m = measure(sample, odometer_, robot_, parameters_, options_.reference_noise);
+    const Weight W = m.weight(odometer_.white_covariance());
+    const double distance = m.innovation.dot(W * m.innovation);
+    const PoseSensitivity correction = correct_sensitivity(errors_, odometer_, W, m);
+    if (!add_within(block_of(epoch), m.J, W, m.innovation, options_.gate)) return reject(epoch);
+    const Matrix3 of_pose = m.H.transpose() * W * m.H;
+    block_of(epoch).add_noise(errors_.noise_in_information(of_pose));
+    is_contradicted_ = false;
+    result_.innovations.push_back(innovation_of(m, W, run_.epoch_time(epoch), distance));
+    correct(m, W, of_pose, correction);
+  }
+
+  /// What two in a row contradict is the filter: it would leave out all that follow.
+  void reject(std::size_t epoch) {
+    result_.outliers.push_back({run_.epoch_time(epoch), false});
+    if (is_contradicted_)
+      start_anew(epoch);
+    else
+      is_contradicted_ = true;
+  }
+
+  /// Pose, covariance (Joseph form) and sensitivity. `of_pose`: Hᵀ W H.
+  void correct(const ReferenceMeasurement& m, const Weight& W, const Matrix3& of_pose,
+               const PoseSensitivity& correction) {
+    const Matrix3 P = odometer_.white_covariance();
+    const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 8> K = P * m.H.transpose() * W;
+    const Vector3 step = K * m.innovation;
+    const Matrix3 keep = Matrix3::Identity() - K * m.H;
+    const Matrix3 noise = K * m.variance.asDiagonal() * K.transpose();
+    if (parity_) parity_->end_arc(odometer_.pose());
+    odometer_.correct(step, keep, noise, odometer_.sensitivity() + correction - K * m.J);
+    Eigen::MatrixX3d parity_by_pose;
+    if (parity_) parity_by_pose = parity_->correct(m, W, keep, errors_, odometer_.pose());
+    errors_.correct(of_pose, keep, odometer_.pose(), parity_by_pose);
+  }
+
+  const Run& run_;
+  const Robot& robot_;
+  std::span<const Parameter> parameters_;
+  const LikelihoodOptions& options_;
+  RunLikelihood& result_;
+  Chassis read_;
+  Odometer odometer_;
+  SensitivityErrors errors_;
+  std::optional<ParityFilter> parity_;
+  bool is_contradicted_ = false;  ///< by the last epoch
+};
 
 }  // namespace
 
@@ -89,67 +185,7 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
   const auto n = static_cast<Eigen::Index>(parameters.size());
   RunLikelihood result{
       std::vector<Information>(static_cast<std::size_t>(options.blocks), Information::zero(n)), {}, {}};
-  if (run.epochs.empty()) return result;
-  Odometer odometer = odometer_at_epoch(run, 0, robot, parameters, options.reference_noise);
-  const Chassis read = as_run_read(robot.chassis, run, options);
-  SensitivityErrors errors(robot, parameters, odometer.pose(), read, options.with_noise);
-  std::optional<ParityFilter> parity;
-  if (const auto& redundant = options.redundant)
-    parity.emplace(run, redundant->robot, parameters, redundant->options);
-  const auto skip = [&](std::size_t increments, Information& block) {
-    for (std::size_t i = 0; parity && i < increments; ++i) parity->skip(block);
-  };
-  skip(run.epochs.front(), result.blocks.front());
-  bool is_doubted = false;  // the last epoch contradicted it
-  const auto start_anew = [&](std::size_t epoch) {
-    odometer = odometer_at_epoch(run, epoch, robot, parameters, options.reference_noise);
-    errors = {robot, parameters, odometer.pose(), read, options.with_noise};
-    if (parity) parity->restart();
-    is_doubted = false;
-  };
-  for (std::size_t epoch = 1; epoch < run.epochs.size(); ++epoch) {
-    for (std::size_t i = run.epochs[epoch - 1]; i < run.epochs[epoch]; ++i) {
-      const Pose2 from = odometer.pose();
-      const Rolling rolling = odometer.state().rolling;
-      const Increment increment = step_along(run, i, odometer);
-      if (parity)
-        parity->follow(increment, from, rolling, odometer, errors,
-                       block_of(result, epoch, run.epochs.size()));
-      else
-        errors.follow(increment, odometer.pose());
-    }
-    const double time = run.epoch_time(epoch);
-    const ReferenceSample sample = sample_reference(run.reference, time - robot.reference_time_offset_s);
-    if (std::ranges::binary_search(run.jumps, epoch)) {
-      result.outliers.push_back({time, true});
-      start_anew(epoch);
-      continue;
-    }
-    if (sample.empty()) continue;
-    if (!is_finite(odometer.pose())) {
-      result.blocks.front().chi2 = kEverything;
-      return result;
-    }
-    ReferenceMeasurement m = measure(sample, odometer, robot, parameters, options.reference_noise);
-    const Weight W = m.weight(odometer.white_covariance());
-    const double distance = m.innovation.dot(W * m.innovation);
-    const PoseSensitivity revealed = reveal(errors, odometer, W, m);
-    if (!add_within(block_of(result, epoch, run.epochs.size()), m.J, W, m.innovation, options.gate)) {
-      result.outliers.push_back({time, false});
-      // What two in a row contradict is the filter: it would leave out all that follow.
-      if (is_doubted)
-        start_anew(epoch);
-      else
-        is_doubted = true;
-      continue;
-    }
-    const Matrix3 of_pose = m.H.transpose() * W * m.H;
-    block_of(result, epoch, run.epochs.size()).add_noise(errors.noise_in_information(of_pose));
-    is_doubted = false;
-    result.innovations.push_back(innovation_of(m, W, time, distance));
-    update(odometer, errors, parity, m, W, of_pose, revealed);
-  }
-  skip(run.readings.increments.size() - run.epochs.back(), result.blocks.back());
+  if (!run.epochs.empty()) ReferenceFilter(run, robot, parameters, options, result).run();
   return result;
 }
 
@@ -167,7 +203,7 @@ RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<c
                            options.with_noise);
   for (std::size_t i = 0; i < run.readings.increments.size(); ++i) {
     const Increment increment = step_along(run, i, odometer);
-    errors.follow(increment, odometer.pose());
+    errors.propagate(increment, odometer.pose());
   }
   if (!is_finite(odometer.pose())) {
     result.blocks.front().chi2 = kEverything;
@@ -175,7 +211,7 @@ RunLikelihood partial_likelihood(const Run& run, const Robot& robot, std::span<c
   }
   ReferenceMeasurement m = measure_end(run.partial, odometer, robot, parameters);
   const Weight W = m.weight(odometer.white_covariance());
-  reveal(errors, odometer, W, m);
+  correct_sensitivity(errors, odometer, W, m);
   result.blocks.front().add(m.J, W, m.innovation);
   result.blocks.front().add_noise(errors.noise_in_information(m.H.transpose() * W * m.H));
   return result;

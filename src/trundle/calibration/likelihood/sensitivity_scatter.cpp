@@ -17,51 +17,51 @@ SensitivityScatter::SensitivityScatter(std::size_t parameters)
     : parameters_(static_cast<Eigen::Index>(parameters)),
       covariance_(Eigen::MatrixXd::Zero(3 * parameters_, 3 * parameters_)) {}
 
-void SensitivityScatter::begin_sum(Eigen::Index size) {
+void SensitivityScatter::begin_parity(Eigen::Index size) {
   const Eigen::Index all = (3 + size) * parameters_;
   covariance_.conservativeResizeLike(Eigen::MatrixXd::Zero(all, all));
 }
 
-void SensitivityScatter::drop_sum() {
+void SensitivityScatter::drop_parity() {
   covariance_.conservativeResize(3 * parameters_, 3 * parameters_);
 }
 
-void SensitivityScatter::carry(const Matrix3& F, const Eigen::MatrixXd& by_reading,
-                               const RowVector& variance) {
+void SensitivityScatter::propagate(const Matrix3& F, const Eigen::MatrixXd& by_reading,
+                                   const RowVector& variance) {
   map_threes(F, parameters_, covariance_);
   covariance_ += by_reading * variance.asDiagonal() * by_reading.transpose();
 }
 
 Eigen::MatrixXd SensitivityScatter::noise_in_pose(const Matrix3& weight,
-                                                  const Eigen::MatrixXd& revealed) const {
+                                                  const Eigen::MatrixXd& with_measured) const {
   const Eigen::Index own = 3 * parameters_;
-  const auto by = revealed.topRows(own);
+  const auto by = with_measured.topRows(own);
   return information_of_noise(weight, covariance_.topLeftCorner(own, own) - by * weight * by.transpose());
 }
 
-Eigen::MatrixXd SensitivityScatter::noise_in_sum(const Eigen::MatrixXd& weight,
-                                                 const Eigen::MatrixXd& revealed) const {
+Eigen::MatrixXd SensitivityScatter::noise_in_parity(const Eigen::MatrixXd& weight,
+                                                    const Eigen::MatrixXd& with_measured) const {
   const Eigen::Index own = covariance_.rows() - 3 * parameters_;
-  const auto by = revealed.bottomRows(own);
+  const auto by = with_measured.bottomRows(own);
   return information_of_noise(weight, covariance_.bottomRightCorner(own, own) - by * weight * by.transpose());
 }
 
-void SensitivityScatter::correct_by_pose(const Matrix3& weight, const Eigen::MatrixXd& revealed,
-                                         const Matrix3& keep, const Eigen::MatrixX3d& sum_by_pose) {
-  covariance_ -= revealed * weight * revealed.transpose();
+void SensitivityScatter::correct_by_pose(const Matrix3& weight, const Eigen::MatrixXd& with_measured,
+                                         const Matrix3& keep, const Eigen::MatrixX3d& parity_by_pose) {
+  covariance_ -= with_measured * weight * with_measured.transpose();
   const Eigen::Index m = covariance_.rows() / std::max<Eigen::Index>(parameters_, 1) - 3;
   if (m > 0) {
     Eigen::MatrixXd map = Eigen::MatrixXd::Identity(covariance_.rows(), covariance_.rows());
     for (Eigen::Index j = 0; j < parameters_; ++j)
-      map.block(3 * parameters_ + m * j, 3 * j, m, 3) = sum_by_pose;
+      map.block(3 * parameters_ + m * j, 3 * j, m, 3) = parity_by_pose;
     covariance_ = (map * covariance_ * map.transpose()).eval();
   }
   map_threes(keep, parameters_, covariance_);
 }
 
-void SensitivityScatter::correct_by_sum(const Eigen::MatrixXd& weight, const Eigen::MatrixXd& revealed,
-                                        const CommonError& gain) {
-  covariance_ -= revealed * weight * revealed.transpose();
+void SensitivityScatter::correct_by_parity(const Eigen::MatrixXd& weight,
+                                           const Eigen::MatrixXd& with_measured, const CommonError& gain) {
+  covariance_ -= with_measured * weight * with_measured.transpose();
   const Eigen::Index own = 3 * parameters_, m = gain.cols();
   Eigen::MatrixXd map = Eigen::MatrixXd::Zero(own, covariance_.rows());
   map.leftCols(own).setIdentity();

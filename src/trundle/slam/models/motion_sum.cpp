@@ -68,7 +68,7 @@ void MotionSum::add(const Increment& increment, bool bridged) {
   const Pose2& end = odometer_.pose();
   by_parameters_ =
       adjoint(end.inverse()) * by_parameters_ + in_body(end, Eigen::Matrix3Xd(odometer_.sensitivity()));
-  if (reading_errors_) reading_errors_->follow(increment, sum_.mean);
+  if (reading_errors_) reading_errors_->propagate(increment, sum_.mean);
 }
 
 /// The rounding of the last counts is that of this step; that of the counts before was told by the step
