@@ -84,33 +84,40 @@ struct LagVariance {
   double stretches = 0.0;  ///< so many that do not overlap: what counts as independent evidence
 };
 
-std::vector<LagVariance> variogram(std::span<const Drift> drifts) {
-  double longest = 0.0;
-  for (const Drift& e : drifts)
-    if (!e.path_m.empty()) longest = std::max(longest, e.path_m.back() - e.path_m.front());
-  std::vector<LagVariance> points;
-  if (longest <= 0.0) return points;  // it stood
-  // Longer lags are no use: the fitted parameters have already bent the odometry to the reference over them.
-  for (const double share : {1.0 / 64, 1.0 / 32, 1.0 / 16, 3.0 / 32, 1.0 / 8, 3.0 / 16}) {
-    const double lag = share * longest;
-    std::vector<double> differences;
-    double lags = 0.0, path_m = 0.0;
-    for (const Drift& e : drifts) {
-      std::size_t j = 0;
-      const std::size_t before = differences.size();
-      for (std::size_t i = 0; i < e.path_m.size(); ++i) {
-        while (j < e.path_m.size() && e.path_m[j] < e.path_m[i] + lag) ++j;
-        if (j == e.path_m.size()) break;
-        if (j == i) continue;
-        differences.push_back(e.error_rad[j] - e.error_rad[i]);
-        lags += e.path_m[j] - e.path_m[i];
-      }
-      if (differences.size() > before) path_m += e.path_m.back() - e.path_m.front();
+double longest_path(std::span<const Drift> drifts) {
+  double longest_m = 0.0;
+  for (const Drift& drift : drifts)
+    if (!drift.path_m.empty()) longest_m = std::max(longest_m, drift.path_m.back() - drift.path_m.front());
+  return longest_m;
+}
+
+/// From each epoch to the first that is so far on. Nothing where there are too few.
+std::optional<LagVariance> variance_over(double lag_m, std::span<const Drift> drifts) {
+  std::vector<double> differences;
+  double lags_m = 0.0, path_m = 0.0;
+  for (const auto& [path, error, model_variance] : drifts) {
+    const std::size_t before = differences.size();
+    for (std::size_t i = 0, j = 0; i < path.size(); ++i) {
+      while (j < path.size() && path[j] < path[i] + lag_m) ++j;
+      if (j == path.size()) break;
+      if (j == i) continue;
+      differences.push_back(error[j] - error[i]);
+      lags_m += path[j] - path[i];
     }
-    if (differences.size() < kFewestPairs) continue;
-    const double mean_lag = lags / static_cast<double>(differences.size());
-    points.push_back({mean_lag, mean_square(differences), path_m / mean_lag});
+    if (differences.size() > before) path_m += path.back() - path.front();
   }
+  if (differences.size() < kFewestPairs) return std::nullopt;
+  const double mean_lag_m = lags_m / static_cast<double>(differences.size());
+  return LagVariance{mean_lag_m, mean_square(differences), path_m / mean_lag_m};
+}
+
+std::vector<LagVariance> variogram(std::span<const Drift> drifts) {
+  const double longest_m = longest_path(drifts);
+  std::vector<LagVariance> points;
+  if (longest_m <= 0.0) return points;  // it stood
+  // Longer lags are no use: the fitted parameters have already bent the odometry to the reference over them.
+  for (const double share : {1.0 / 64, 1.0 / 32, 1.0 / 16, 3.0 / 32, 1.0 / 8, 3.0 / 16})
+    if (const auto point = variance_over(share * longest_m, drifts)) points.push_back(*point);
   return points;
 }
 
