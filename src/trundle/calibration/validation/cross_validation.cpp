@@ -72,6 +72,50 @@ std::vector<Parameter> refusable(const ValidatedEstimate& found, const Robot& no
   return doubtful;
 }
 
+/// The estimate with one parameter less.
+ValidatedEstimate without(const Parameter& left_out, const ValidatedEstimate& found,
+                          const CalibrationProblem& problem) {
+  CalibrationProblem fewer = problem;
+  fewer.parameters = found.parameters;
+  std::erase(fewer.parameters, left_out);
+  ValidatedEstimate result{.estimate = {},
+                           .parameters = fewer.parameters,
+                           .refused = found.refused,
+                           .validation = CrossValidation{},
+                           .before = found.before};
+  result.refused.push_back(left_out);
+  if (fewer.parameters.empty()) return result;
+  result.estimate = estimate_parameters(fewer);
+  result.validation = cross_validate(fewer, result.estimate);
+  return result;
+}
+
+/// That without which runs that are left out come out best.
+ValidatedEstimate best_without_one(std::span<const Parameter> candidates, const ValidatedEstimate& found,
+                                   const CalibrationProblem& problem) {
+  ValidatedEstimate best;
+  for (const Parameter& left_out : candidates) {
+    ValidatedEstimate fewer = without(left_out, found, problem);
+    const bool is_better = !best.validation || (fewer.validation && fewer.validation->calibrated_m <
+                                                                        best.validation->calibrated_m);
+    if (is_better) best = std::move(fewer);
+  }
+  return best;
+}
+
+/// What the errors of refused parameters, which stay as given, add to the covariance of the others. `error`:
+/// of the robot as given, of all that the problem sought.
+void count_refused(const CalibrationProblem& problem, const Eigen::MatrixXd& error,
+                   ValidatedEstimate& found) {
+  CalibrationProblem held = problem;
+  held.parameters = found.parameters;
+  const std::vector<Eigen::Index> refused = indices_of(found.refused, problem.parameters);
+  const Eigen::MatrixXd D = taken_along(found.refused, held, found.estimate);
+  found.refused_covariance = error(refused, refused);
+  found.cross_covariance = D * found.refused_covariance;
+  found.estimate.held_covariance += found.cross_covariance * D.transpose();
+}
+
 }  // namespace
 
 std::vector<Run> halves_of(const Run& run) {
@@ -141,38 +185,12 @@ ValidatedEstimate estimate_what_holds(const CalibrationProblem& problem) {
       best = std::move(*not_refuted);
       break;
     }
-    ValidatedEstimate next;
-    for (const Parameter& left_out : candidates) {
-      CalibrationProblem fewer = problem;
-      fewer.parameters = best.parameters;
-      std::erase(fewer.parameters, left_out);
-      ValidatedEstimate tried{.estimate = {},
-                              .parameters = fewer.parameters,
-                              .refused = best.refused,
-                              .validation = CrossValidation{},
-                              .before = best.before};
-      tried.refused.push_back(left_out);
-      if (!fewer.parameters.empty()) {
-        tried.estimate = estimate_parameters(fewer);
-        tried.validation = cross_validate(fewer, tried.estimate);
-      }
-      const bool is_better = !next.validation || (tried.validation && tried.validation->calibrated_m <
-                                                                          next.validation->calibrated_m);
-      if (is_better) next = std::move(tried);
-    }
-    best = std::move(next);
+    best = best_without_one(candidates, best, problem);
   }
-  if (best.refused.empty()) {
+  if (best.refused.empty())
     best.before.reset();
-  } else if (!best.parameters.empty()) {
-    CalibrationProblem held = problem;
-    held.parameters = best.parameters;
-    const std::vector<Eigen::Index> refused = indices_of(best.refused, problem.parameters);
-    const Eigen::MatrixXd D = taken_along(best.refused, held, best.estimate);
-    best.refused_covariance = error(refused, refused);
-    best.cross_covariance = D * best.refused_covariance;
-    best.estimate.held_covariance += best.cross_covariance * D.transpose();
-  }
+  else if (!best.parameters.empty())
+    count_refused(problem, error, best);
   return best;
 }
 
