@@ -21,6 +21,77 @@ FreeMotion no_motion(const Matrix3& covariance, Eigen::Index parameters) {
   return {{}, covariance, Eigen::Matrix3Xd::Zero(3, parameters)};
 }
 
+/// The keyframes between which a step lies.
+struct Neighbours {
+  int after;  ///< number of the pose of the problem; the one before it is that of the keyframe before
+  bool has_before;
+  bool has_after;
+};
+
+/// How a step moves with its neighbours and the parameters. Eq. 12.
+struct Interpolation {
+  Vector3 error;                          ///< twist from the motion's mean at the parameters' 0
+  Matrix3 covariance;                     ///< of what remains
+  Eigen::Matrix<double, 3, 4> by_before;  ///< pose and bias
+  Eigen::Matrix<double, 3, 4> by_after = Eigen::Matrix<double, 3, 4>::Zero();
+  Eigen::Matrix3Xd by_parameters;
+};
+
+/// By the keyframe before alone, or by the start, whose bias has a variance.
+Interpolation extrapolated(const FreeMotion& m, double bias, double bias_variance) {
+  Interpolation step{.error = bias * m.by_bias,
+                     .covariance = m.covariance,
+                     .by_before = {},
+                     .by_parameters = m.by_parameters};
+  step.by_before << adjoint(m.mean.inverse()), m.by_bias;
+  if (bias_variance > 0.0) step.covariance += bias_variance * m.by_bias * m.by_bias.transpose();
+  return step;
+}
+
+// With A, S, g, Q those of the motion from the keyframe before, a, up to the step, and A', S', g' up to the
+// keyframe after, b; B = Ad of the motion between. The step's pose moves by δ = A δa + g δβ_a + S δp + K δr,
+// r the residual of the whole link, K = cov(e, r) of the two motions' noise times r's information, and what
+// remains is Q − K cov(r, e). Eq. 12. The bias at the start is noise of both.
+void condition(const FreeMotion& m, const FreeMotion& whole, const MotionLink& link, double bias_variance,
+               const SmoothingState& state, Interpolation& step) {
+  const Matrix3 B = adjoint(whole.mean.inverse() * m.mean);
+  const Vector3 by_bias_after = whole.by_bias - B * m.by_bias;
+  Eigen::Matrix<double, 3, 4> with_r;
+  with_r << m.covariance * B.transpose() + m.with_walk * by_bias_after.transpose(), m.with_walk;
+  if (bias_variance > 0.0) {
+    const Vector3 with_bias = bias_variance * m.by_bias;
+    with_r.leftCols<3>() += with_bias * whole.by_bias.transpose();
+    with_r.col(3) += with_bias;
+  }
+  const Eigen::Matrix<double, 3, 4> K = with_r * link.information;
+  const MotionResidual r = motion_residual(link, state);
+  step.covariance -= K * with_r.transpose();
+  step.error += K * r.error;
+  step.by_before += K * r.by_from;
+  step.by_after = K * r.by_to;
+  step.by_parameters -= K.leftCols<3>() * whole.by_parameters;
+}
+
+/// Of the keyframes before and after, zero where there is none, and of the parameters.
+Eigen::MatrixXd joint_covariance(const Minimiser& linearised, const Neighbours& neighbours,
+                                 Eigen::Index of_pose, Eigen::Index parameters) {
+  const auto [b, has_before, has_after] = neighbours;
+  const Eigen::Index both = 2 * of_pose;
+  Eigen::MatrixXd joint = Eigen::MatrixXd::Zero(both + parameters, both + parameters);
+  if (has_before) joint.topLeftCorner(of_pose, of_pose) = linearised.pose_covariance(b - 1);
+  if (has_after) joint.block(of_pose, of_pose, of_pose, of_pose) = linearised.pose_covariance(b);
+  if (has_before && has_after) {
+    joint.block(0, of_pose, of_pose, of_pose) = linearised.pose_covariance(b - 1, b);
+    joint.block(of_pose, 0, of_pose, of_pose) = joint.block(0, of_pose, of_pose, of_pose).transpose();
+  }
+  if (parameters == 0) return joint;
+  if (has_before) joint.block(0, both, of_pose, parameters) = linearised.pose_parameter_covariance(b - 1);
+  if (has_after) joint.block(of_pose, both, of_pose, parameters) = linearised.pose_parameter_covariance(b);
+  joint.block(both, 0, parameters, both) = joint.block(0, both, both, parameters).transpose();
+  joint.bottomRightCorner(parameters, parameters) = linearised.parameter_covariance();
+  return joint;
+}
+
 }  // namespace
 
 Track::Track(const TrackInput& input, SmoothingProblem& problem, LandmarkNumbers& number_of)
@@ -84,71 +155,30 @@ std::vector<BiasEstimate> Track::biases(const SmoothingState& state, const Minim
   return biases;
 }
 
-// With A, S, g, Q those of the motion from the keyframe before, a, up to the step, and A', S', g' up to the
-// keyframe after, b; B = Ad of the motion between. The step's pose moves by δ = A δa + g δβ_a + S δp + K δr,
-// r the residual of the whole link, K = cov(e, r) of the two motions' noise times r's information, and what
-// remains is Q − K cov(r, e). Eq. 12.
 GaussianPose Track::at(std::size_t step, const SmoothingState& state, const Minimiser& linearised) const {
   const std::size_t next = next_keyframe_[step];
   const int b = first_pose_ + static_cast<int>(next);
-  const bool last = next == keyframes();
-  if (!last && keyframe_steps_[next] == step)
+  const Neighbours neighbours{b, next > 0, next < keyframes()};
+  if (neighbours.has_after && keyframe_steps_[next] == step)
     return {state.poses[nth(b)], linearised.pose_covariance(b).topLeftCorner<3, 3>()};
 
-  const bool first = next == 0;
   const FreeMotion& m = since_[step];
-  const FreeMotion& whole = last ? m : motion_to(next);
-  const Pose2& from = first ? start_.pose : state.poses[nth(b - 1)];
+  const Pose2& from = neighbours.has_before ? state.poses[nth(b - 1)] : start_.pose;
+  Interpolation between = neighbours.has_before ? extrapolated(m, state.bias_at(b - 1), 0.0)
+                                                : extrapolated(m, start_.bias, start_.bias_variance);
+  if (neighbours.has_after) {
+    const FreeMotion& whole = motion_to(next);
+    if (neighbours.has_before)
+      condition(m, whole, link_of(b - 1, b, whole), 0.0, state, between);
+    else
+      condition(m, whole, link_from(start_, b, whole), start_.bias_variance, state, between);
+  }
   const Eigen::Index of_pose = state.biases.empty() ? 3 : 4;
-  const Eigen::Index parameters = state.parameters.size();
-  Vector3 e = (first ? start_.bias : state.bias_at(b - 1)) * m.by_bias;
-  Matrix3 rest = m.covariance;
-  Eigen::Matrix<double, 3, 4> by_a;
-  Eigen::Matrix<double, 3, 4> by_b = Eigen::Matrix<double, 3, 4>::Zero();
-  by_a << adjoint(m.mean.inverse()), m.by_bias;
-  Eigen::Matrix3Xd by_p = m.by_parameters;
-  if (first) rest += start_.bias_variance * m.by_bias * m.by_bias.transpose();
-  if (!last) {
-    const MotionLink link = first ? link_from(start_, b, whole) : link_of(b - 1, b, whole);
-    const Matrix3 B = adjoint(whole.mean.inverse() * m.mean);
-    const Vector3 by_bias_after = whole.by_bias - B * m.by_bias;
-    Eigen::Matrix<double, 3, 4> with_r;
-    with_r << m.covariance * B.transpose() + m.with_walk * by_bias_after.transpose(), m.with_walk;
-    if (first) {  // the bias at the start is noise of both
-      const Vector3 with_bias = start_.bias_variance * m.by_bias;
-      with_r.leftCols<3>() += with_bias * whole.by_bias.transpose();
-      with_r.col(3) += with_bias;
-    }
-    const Eigen::Matrix<double, 3, 4> K = with_r * link.information;
-    const MotionResidual r = motion_residual(link, state);
-    rest -= K * with_r.transpose();
-    e += K * r.error;
-    by_a += K * r.by_from;
-    by_b = K * r.by_to;
-    by_p -= K.leftCols<3>() * whole.by_parameters;
-  }
-  GaussianPose pose;
-  pose.mean = from * m.mean * exp(Twist2::from(m.by_parameters * state.parameters + e));
-
-  // The joint covariance of (δa, δb, δp), where there is an a and a b.
-  const Eigen::Index both = 2 * of_pose;
-  Eigen::MatrixXd J(3, both + parameters);
-  J << by_a.leftCols(of_pose), by_b.leftCols(of_pose), by_p;
-  Eigen::MatrixXd joint = Eigen::MatrixXd::Zero(both + parameters, both + parameters);
-  if (!first) joint.topLeftCorner(of_pose, of_pose) = linearised.pose_covariance(b - 1);
-  if (!last) joint.block(of_pose, of_pose, of_pose, of_pose) = linearised.pose_covariance(b);
-  if (!first && !last) {
-    joint.block(0, of_pose, of_pose, of_pose) = linearised.pose_covariance(b - 1, b);
-    joint.block(of_pose, 0, of_pose, of_pose) = joint.block(0, of_pose, of_pose, of_pose).transpose();
-  }
-  if (parameters > 0) {
-    if (!first) joint.block(0, both, of_pose, parameters) = linearised.pose_parameter_covariance(b - 1);
-    if (!last) joint.block(of_pose, both, of_pose, parameters) = linearised.pose_parameter_covariance(b);
-    joint.block(both, 0, parameters, both) = joint.block(0, both, both, parameters).transpose();
-    joint.bottomRightCorner(parameters, parameters) = linearised.parameter_covariance();
-  }
-  pose.covariance = J * joint * J.transpose() + rest;
-  return pose;
+  Eigen::MatrixXd J(3, 2 * of_pose + state.parameters.size());
+  J << between.by_before.leftCols(of_pose), between.by_after.leftCols(of_pose), between.by_parameters;
+  const Eigen::MatrixXd joint = joint_covariance(linearised, neighbours, of_pose, state.parameters.size());
+  return {from * m.mean * exp(Twist2::from(m.by_parameters * state.parameters + between.error)),
+          J * joint * J.transpose() + between.covariance};
 }
 
 }  // namespace trundle::slam
