@@ -182,7 +182,15 @@ class FramePlacement {
     return robust_rigid_motion(pairs);
   }
 
+  struct KnownPoses {
+    SmoothingProblem problem;
+    SmoothingState state;
+  };
   bool is_placed_along_meetings(std::size_t robot);
+  KnownPoses known_poses(std::size_t robot, std::span<const RobotSighting> linking,
+                         const CountedErrors& errors) const;
+  void add_links(std::size_t robot, std::span<const RobotSighting> linking, const Track& track,
+                 SmoothingProblem& problem) const;
 
   std::vector<PlacedPath> in_first_frame() const {
     const Pose2 first_from_world = robots_.front().prior.start * placed_.front()->start.inverse();
@@ -207,44 +215,21 @@ class FramePlacement {
 // it.
 bool FramePlacement::is_placed_along_meetings(std::size_t robot) {
   const RobotRecording& recording = robots_[robot];
-  SlamPrior prior = recording.prior;
   const std::optional<Pose2> frame = frame_at_first(robot);
   if (!frame) return false;
+  SlamPrior prior = recording.prior;
   prior.start = *frame * start_of(recording, recording.path);
   prior.start_covariance = free_start_covariance();
   const CountedErrors errors = counted_errors(recording.input, prior, recording.systematic);
-  SmoothingProblem problem{.sensors = {},
-                           .motions = {},
-                           .sightings = {},
-                           .parameter_information = errors.information(),
-                           .parameter_mean = errors.mean(),
-                           .has_bias = errors.has_bias,
-                           .gate = options_.gate};
-  for (const RobotRecording& each : robots_) problem.sensors.push_back(each.sensor);
-  SmoothingState state;
-  state.parameters = Eigen::VectorXd::Zero(problem.parameter_information.size());
-  std::vector<RobotSighting> linking;  // the n-th, from the n-th pose or to it
+  std::vector<RobotSighting> linking;  // the n-th, from the n-th pose of the problem or to it
   std::ranges::copy_if(seen_, std::back_inserter(linking),
                        [&](const RobotSighting& sighting) { return links_to_placed(sighting, robot); });
-  for (const RobotSighting& sighting : linking) {
-    const Pose2 pose = sighting.seer == robot ? placed_[sighting.seen]->path.poses[sighting.seen_step].pose
-                                              : placed_[sighting.seer]->path.poses[sighting.seer_step].pose;
-    FreeMotion none{{}, Matrix3::Zero(), Eigen::Matrix3Xd::Zero(3, state.parameters.size())};
-    problem.motions.push_back(link_from({.pose = pose}, problem.poses++, none));
-    state.poses.push_back(pose);
-    if (problem.has_bias) state.biases.push_back(0.0);
-  }
+  auto [problem, state] = known_poses(robot, linking, errors);
   TrackInput input = track_input(recording.input, recording.shown, prior, errors);
   input.also_keyframes = meetings_of(robot, linking);
   LandmarkNumbers numbers;
   const Track track(input, problem, numbers);
-  for (std::size_t n = 0; n < linking.size(); ++n) {
-    const RobotSighting& sighting = linking[n];
-    const int known = static_cast<int>(n);
-    problem.robots_seen.push_back(sighting.seer == robot
-                                      ? link_of(sighting, robots_, track.pose_at(sighting.seer_step), known)
-                                      : link_of(sighting, robots_, known, track.pose_at(sighting.seen_step)));
-  }
+  add_links(robot, linking, track, problem);
   Minimiser minimiser(problem);
   const Minimum minimum =
       minimum_near(problem, grown_from(problem, std::move(state)), minimiser,
@@ -254,6 +239,44 @@ bool FramePlacement::is_placed_along_meetings(std::size_t robot) {
   const Pose2 start = start_of(recording, path);
   add(robot, {start, std::move(path)});
   return true;
+}
+
+/// A problem of the placed robots' poses at these sightings alone, one for each.
+FramePlacement::KnownPoses FramePlacement::known_poses(std::size_t robot,
+                                                       std::span<const RobotSighting> linking,
+                                                       const CountedErrors& errors) const {
+  KnownPoses known{{.sensors = {},
+                    .motions = {},
+                    .sightings = {},
+                    .parameter_information = errors.information(),
+                    .parameter_mean = errors.mean(),
+                    .has_bias = errors.has_bias,
+                    .gate = options_.gate},
+                   {}};
+  auto& [problem, state] = known;
+  for (const RobotRecording& each : robots_) problem.sensors.push_back(each.sensor);
+  state.parameters = Eigen::VectorXd::Zero(problem.parameter_information.size());
+  const FreeMotion none{{}, Matrix3::Zero(), Eigen::Matrix3Xd::Zero(3, state.parameters.size())};
+  for (const RobotSighting& sighting : linking) {
+    const Pose2 pose = sighting.seer == robot ? placed_[sighting.seen]->path.poses[sighting.seen_step].pose
+                                              : placed_[sighting.seer]->path.poses[sighting.seer_step].pose;
+    problem.motions.push_back(link_from({.pose = pose}, problem.poses++, none));
+    state.poses.push_back(pose);
+    if (problem.has_bias) state.biases.push_back(0.0);
+  }
+  return known;
+}
+
+/// Between the robot's track and the known poses.
+void FramePlacement::add_links(std::size_t robot, std::span<const RobotSighting> linking, const Track& track,
+                               SmoothingProblem& problem) const {
+  for (std::size_t n = 0; n < linking.size(); ++n) {
+    const RobotSighting& sighting = linking[n];
+    const int known = static_cast<int>(n);
+    problem.robots_seen.push_back(sighting.seer == robot
+                                      ? link_of(sighting, robots_, track.pose_at(sighting.seer_step), known)
+                                      : link_of(sighting, robots_, known, track.pose_at(sighting.seen_step)));
+  }
 }
 
 }  // namespace
