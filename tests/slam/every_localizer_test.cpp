@@ -50,6 +50,41 @@ void garble(std::vector<Observation>& observations, Random& random) {
   }
 }
 
+// A turn about the only landmark changes none of its sightings: what is known of it is what the start was
+// known to, however often the landmark is seen, from wherever. By the odometry, which is exact, it stays.
+TEST_P(EveryLocalizer, OneLandmarkNeverTellsHowTheRobotStandsAboutIt) {
+  const LandmarkSensor sensor{{0.15, 0.05, 0.0}, 0.03, radians(1.5), 9.0, 0.0};
+  const Vector2 landmark(2.0, 1.0);
+  const KnownMap map({{.position = landmark}}, 18.0);
+  const Vector3 sigma(1.0, 1.0, radians(20.0));
+  const auto information = [&](const PoseEstimate& estimate) {
+    const Vector2 lever = estimate.pose.translation() - landmark;
+    const Vector3 turn(-lever.y(), lever.x(), 1.0);
+    return turn.dot(estimate.covariance.ldlt().solve(turn));
+  };
+  for (int seed = 1; seed <= test::trials(40); ++seed) {
+    Random random(static_cast<std::uint64_t>(seed), 17);
+    LocalizerOptions vague = options();
+    vague.start.emplace();
+    vague.start->pose = {random.normal(), random.normal(), random.normal(radians(10.0))};
+    vague.start->covariance = sigma.cwiseAbs2().asDiagonal();
+    const double known = information(*vague.start);
+    Localizer localizer(map, sensor, vague);
+    Pose2 truth;
+    for (int k = 0; k < 300; ++k) {
+      const Motion motion = motion_of({0.05, 0.0, 0.05 * std::sin(0.05 * k)}, Matrix3::Zero());
+      truth = truth * motion.mean;
+      const Vector2 ahead = (truth * sensor.body_from_sensor).inverse() * landmark;
+      const Observation seen{
+          0, ahead.norm() + random.normal(sensor.range_sigma_m),
+          wrap_angle(std::atan2(ahead.y(), ahead.x()) + random.normal(sensor.bearing_sigma_rad))};
+      localizer.step(motion, std::span(&seen, 1));
+    }
+    ASSERT_TRUE(localizer.estimate()) << seed;
+    EXPECT_NEAR(information(*localizer.estimate()) / known, 1.0, 0.02) << seed;
+  }
+}
+
 /// A start as vague as it may be beside accurate sightings, of which a straight line knows nothing.
 TEST_P(EveryLocalizer, IsAsSureOfItsPoseAsItMayBeAfterAVagueStart) {
   const int seeds = test::trials(100);

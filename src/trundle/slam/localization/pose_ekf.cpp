@@ -23,6 +23,19 @@ Index row_of(std::size_t match) {
   return 2 * static_cast<Index>(match);
 }
 
+/// Where an error (x, y, heading) in the world's axes moves a pose: along the arc of a constant twist, so
+/// that a turn about a landmark, of which its sightings say nothing, keeps their distance.
+Pose2 along_arc(const Pose2& from, const Vector3& error) {
+  return from * exp(Twist2::from(world_from_body_axes(from).transpose() * error));
+}
+
+/// Errors about one pose, as errors about another: F of eq. 41. A turn about a point stays one.
+Matrix3 carried(const Pose2& from, const Pose2& to) {
+  Matrix3 F = Matrix3::Identity();
+  F.col(2).head<2>() = Vector2(from.y - to.y, to.x - from.x);
+  return F;
+}
+
 }  // namespace
 
 PoseEkf::PoseEkf(const KnownMap& map, const LandmarkSensor& sensor, const PoseEstimate& start,
@@ -147,12 +160,14 @@ PoseEkf::Gain PoseEkf::gain_of(const std::vector<Match>& matches) const {
   return gain;
 }
 
-/// At the present pose.
+/// At the present pose, by errors about the prior.
 std::vector<PoseEkf::Match> PoseEkf::linearised(std::vector<Match> matches,
-                                                std::span<const Observation> observations) const {
+                                                std::span<const Observation> observations,
+                                                const Matrix3& F) const {
   for (auto& [observation, landmark, sight] : matches) {
     sight.expected = expected_reading(belief_.pose, sensor_.body_from_sensor, (*map_)[landmark].position);
     sight.innovation = innovation_of(observations[observation], sight.expected);
+    sight.expected.by_pose *= F;
   }
   return matches;
 }
@@ -171,9 +186,10 @@ bool PoseEkf::is_straight(const std::vector<Match>& before, const std::vector<Ma
   return true;
 }
 
-/// Eq. 45, 45a: only the pose is moved, with the systematic errors; the map is not. Linearised again at the
+/// Eq. 45 to 45b: only the pose is moved, with the systematic errors; the map is not. Linearised again at the
 /// pose that the sightings make of it, until a straight line tells what is read there: a start that is vague
-/// beside them would be sure of a wrong pose [Bell, Cathey 1993].
+/// beside them would be sure of a wrong pose [Bell, Cathey 1993]. The covariance is that of errors about the
+/// prior: it follows the pose, or what one sighting leaves open another of the same would seem to tell.
 void PoseEkf::update(std::vector<Match> matches, std::span<const Observation> observations) {
   if (matches.empty()) return;
   constexpr int kMostLinearisations = 8;  // each squares what is left; more: sightings that do not fit
@@ -185,15 +201,17 @@ void PoseEkf::update(std::vector<Match> matches, std::span<const Observation> ob
     for (std::size_t k = 0; k < matches.size(); ++k)
       innovation.segment<2>(row_of(k)) = matches[k].sight.innovation + matches[k].sight.expected.by_pose * at;
     const Eigen::VectorXd change = gain.K * innovation;
-    belief_.pose = {prior.x + change[0], prior.y + change[1], prior.heading + change[2]};
-    const Vector3 moved = difference(prior, belief_.pose);
-    std::vector<Match> here = linearised(matches, observations);
-    if (left == 1 || is_straight(matches, here, moved - at)) {
+    const Vector3 error = change.head<3>();
+    belief_.pose = along_arc(prior, error);
+    const Matrix3 F = carried(prior, belief_.pose);
+    std::vector<Match> here = linearised(matches, observations, F);
+    if (left == 1 || is_straight(matches, here, error - at)) {
       belief_.systematic += change.tail(belief_.systematic.size());
-      return update_covariance(matches, gain);
+      update_covariance(matches, gain);
+      return follow(F);
     }
     matches = std::move(here);
-    at = moved;
+    at = error;
   }
 }
 
@@ -212,6 +230,15 @@ void PoseEkf::update_covariance(const std::vector<Match>& matches, const Gain& g
                                   expected.by_landmark * map_->covariance_with_all(matches[k].landmark);
   }
   with_map_ -= K * HC;
+}
+
+/// Errors of (x, y, heading) about the prior become those about the pose. Eq. 45b.
+void PoseEkf::follow(const Matrix3& F) {
+  BodyCovariance P = body_covariance_of(belief_);
+  P.topRows<3>() = (F * P.topRows<3>()).eval();
+  P.leftCols<3>() = (P.leftCols<3>() * F.transpose()).eval();
+  set_body_covariance(P, belief_);
+  if (with_map_.size() > 0) with_map_.topRows<3>() = (F * with_map_.topRows<3>()).eval();
 }
 
 }  // namespace trundle::slam

@@ -73,11 +73,13 @@ class PoseEkf {
   std::vector<Match> matches_of(std::span<const Observation> observations, std::span<const double> novelty);
   [[nodiscard]] Gain gain_of(const std::vector<Match>& matches) const;
   [[nodiscard]] std::vector<Match> linearised(std::vector<Match> matches,
-                                              std::span<const Observation> observations) const;
+                                              std::span<const Observation> observations,
+                                              const Matrix3& F) const;
   [[nodiscard]] bool is_straight(const std::vector<Match>& before, const std::vector<Match>& now,
                                  const Vector3& moved) const;
   void update(std::vector<Match> matches, std::span<const Observation> observations);
   void update_covariance(const std::vector<Match>& matches, const Gain& gain);
+  void follow(const Matrix3& F);
 
   const KnownMap* map_;
   LandmarkSensor sensor_;
