@@ -345,6 +345,71 @@ TEST(Together, PlacesARobotByOthersWhereOneLandmarkIsNotEnough) {
   }
 }
 
+/// The second of two robots sees one landmark only as it starts and another only as it ends: how far apart
+/// they are, which the first knows, is right for two errors of its odometry.
+test::Team team_with_two_glimpses(std::uint64_t seed) {
+  test::Team team = test::team_of({.robots = 2,
+                                   .landmarks = 20,
+                                   .see_robots = false,
+                                   .systematic_sigma = {0.01, 0.3, 0.01},
+                                   .seed = seed});
+  std::vector<SlamStep>& steps = team.inputs[1].steps;
+  const auto glimpse = [&](std::size_t from, std::size_t to, LandmarkId other) {
+    LandmarkId only = kUnknownLandmark;
+    for (std::size_t k = from; k < to; ++k)
+      for (const Observation& seen : steps[k].observations)
+        if (only == kUnknownLandmark && seen.landmark != other) only = seen.landmark;
+    for (std::size_t k = from; k < to; ++k)
+      std::erase_if(steps[k].observations, [&](const Observation& seen) { return seen.landmark != only; });
+    return only;
+  };
+  const LandmarkId first = glimpse(0, 5, kUnknownLandmark);
+  glimpse(steps.size() - 5, steps.size(), first);
+  for (std::size_t k = 5; k + 5 < steps.size(); ++k) steps[k].observations.clear();
+  return team;
+}
+
+TEST(Together, IsNotSureOfOneOfTwoPlacesThatExplainWhatIsShared) {
+  int ambiguous = 0;
+  for (std::uint64_t seed = 10; seed < 20; ++seed) {
+    const test::Team team = team_with_two_glimpses(seed);
+    const std::string why = reason(team);
+    if (why.empty()) {
+      const JointSlam joint = smooth_together(test::recordings_of(team), team.seen);
+      const Trajectory& path = joint.robots[1].trajectory;
+      const double error = (path.poses.back().pose.translation() - team.truth[1].back().translation()).norm();
+      const double sigma = std::sqrt(path.covariances.back().topLeftCorner<2, 2>().trace());
+      EXPECT_LT(error, 5.0 * sigma) << seed;
+      continue;
+    }
+    ambiguous += why.find("robot 1: ambiguous") != std::string::npos ? 1 : 0;
+  }
+  EXPECT_GT(ambiguous, 0);
+}
+
+// Where paths tell well how frames are turned there is one minimum, and none other is sought.
+TEST(Together, StartsOnceWhereFramesAreSure) {
+  const test::Team team = test::team_of({.robots = 3, .see_robots = false, .seed = 11});
+  EXPECT_EQ(smooth_together(test::recordings_of(team), team.seen).counts.starts, 1u);
+}
+
+// Robots that stand are bound so stiffly to where they are that the system may be singular to the last digit.
+TEST(Together, SaysThatARobotSeenAtOnePlaceDoesNotTellHowFramesAreTurned) {
+  test::Team team = test::team_of({.robots = 2, .landmarks = 24, .seed = 3});
+  keep_landmarks(team.inputs[0], [](LandmarkId id) { return id < 12; });
+  keep_landmarks(team.inputs[1], [](LandmarkId id) { return id >= 12; });
+  Random random(3, 7);
+  for (std::size_t robot = 0; robot < 2; ++robot)
+    for (std::size_t k = 1; k < 30; ++k) {
+      team.inputs[robot].steps[k].motion = motion_of({}, Matrix3::Zero());
+      team.inputs[robot].steps[k].observations.clear();
+    }
+  team.seen.clear();
+  for (std::size_t k = 1; k < 30; k += 5)
+    team.seen.push_back({1, k, 0, k, {kUnknownLandmark, 5.0 + random.normal(0.05), random.normal(0.02)}});
+  EXPECT_THAT(reason(team), HasSubstr("robot 1: what it shares with"));
+}
+
 TEST(RobustRigidMotion, IsThatOfTheLargerHalf) {
   const Pose2 motion{2.0, -1.0, 2.5};
   Random random(2, 3);

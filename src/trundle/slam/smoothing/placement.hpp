@@ -12,6 +12,14 @@ namespace trundle::slam {
 struct PlacedPath {
   Pose2 start;
   Trajectory path;
+  /// 1 σ, at most, of how it is turned, by what it shares with those before it and by each one's own path.
+  double turn_sigma_rad = 0.0;
+};
+
+/// A robot that is laid elsewhere: turned about the middle of what it shares with those before it.
+struct Turned {
+  std::size_t robot = 0;
+  double by_rad = 0.0;
 };
 
 /// Steps of a robot at which it sees another, or is seen.
@@ -22,10 +30,11 @@ struct PlacedPath {
 
 /// A start for the minimisation: from robot to robot, each is laid where what it shares with those before it
 /// fits (robust_rigid_motion); one that saw no landmark follows the sightings of robots along their paths.
-/// docs/theory/together.md. Throws CannotAnswer where a robot shares nothing with the others.
+/// Those after one that is turned are laid by what they share with it, too. docs/theory/together.md. Throws
+/// CannotAnswer where a robot shares nothing with the others.
 [[nodiscard]] std::vector<PlacedPath> placed_paths(std::span<const RobotRecording> robots,
                                                    std::span<const RobotSighting> seen,
-                                                   const SmootherOptions& options);
+                                                   const SmootherOptions& options, const Turned& turned = {});
 
 /// 1 σ of the start of a track of which nobody knows where it starts: beyond any place that robots meet in,
 /// and any turn.

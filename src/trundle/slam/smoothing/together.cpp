@@ -1,17 +1,20 @@
 #include "trundle/slam/smoothing/together.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <set>
 
 #include <fmt/format.h>
 
+#include "trundle/geometry/decompositions.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/slam/nth.hpp"
 #include "trundle/slam/smoothing/counted_errors.hpp"
 #include "trundle/slam/smoothing/placement.hpp"
 #include "trundle/slam/smoothing/smoother_start.hpp"
 #include "trundle/slam/smoothing/solver/minimise.hpp"
+#include "trundle/statistics/distribution.hpp"
 #include "trundle/statistics/median.hpp"
 
 namespace trundle::slam {
@@ -19,6 +22,12 @@ namespace {
 
 // Beyond it a heading is not known: all headings alike have a σ of π/√3.
 constexpr double kUnknownHeading_rad = 1.0;
+// Turned by less than three such sigmas a robot is where it was, to first order: there is one minimum.
+constexpr double kSureTurn_rad = 0.1;
+// Of a robot that is less sure. A descent finds its way from an eighth of a turn and more.
+constexpr int kTurns = 8;
+// Of two minima one is wrong with more than one in a thousand where their costs, χ², differ by less.
+const double kAmbiguousCost = 2.0 * std::log(1e3);
 
 /// All robots as one problem, and where the minimisation starts.
 struct RobotsProblem {
@@ -26,7 +35,7 @@ struct RobotsProblem {
   std::vector<CountedErrors> errors = {};
   std::vector<Track> tracks = {};
   std::vector<LandmarkId> landmarks = {};  ///< by the problem's numbers
-  Trajectory at_keyframes = {};
+  std::vector<PlacedPath> placed = {};     ///< where the minimisation starts
 };
 
 /// Systematic errors one robot after the other.
@@ -66,20 +75,17 @@ RobotsProblem problem_of(std::span<const RobotRecording> robots, std::span<const
   std::vector<CountedErrors> errors = errors_of(robots);
   RobotsProblem all{.problem = empty_problem_of(robots, errors, options)};
   all.errors = std::move(errors);
-  const std::vector<PlacedPath> placed = placed_paths(robots, seen, options);
+  all.placed = placed_paths(robots, seen, options);
   LandmarkNumbers numbers;
   for (std::size_t i = 0; i < robots.size(); ++i) {
     SlamPrior prior = robots[i].prior;
-    if (i > 0) prior.start = placed[i].start;
+    if (i > 0) prior.start = all.placed[i].start;
     if (i > 0) prior.start_covariance = free_start_covariance();
     TrackInput input = track_input(robots[i].input, robots[i].shown, prior, all.errors[i],
                                    all.problem.parameter_information.size());
     input.also_keyframes = meetings_of(i, seen);
     input.sensor = static_cast<int>(i);
     const Track& track = all.tracks.emplace_back(input, all.problem, numbers);
-    const Trajectory keyframes = track.at_keyframes(placed[i].path);
-    all.at_keyframes.poses.insert(all.at_keyframes.poses.end(), keyframes.poses.begin(),
-                                  keyframes.poses.end());
     all.landmarks.insert(all.landmarks.end(), track.landmarks().begin(), track.landmarks().end());
   }
   for (const RobotSighting& sighting : seen)
@@ -87,6 +93,80 @@ RobotsProblem problem_of(std::span<const RobotRecording> robots, std::span<const
                                               all.tracks[sighting.seer].pose_at(sighting.seer_step),
                                               all.tracks[sighting.seen].pose_at(sighting.seen_step)));
   return all;
+}
+
+Trajectory at_keyframes(const std::vector<Track>& tracks, const std::vector<PlacedPath>& placed) {
+  Trajectory all;
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    const Trajectory keyframes = tracks[i].at_keyframes(placed[i].path);
+    all.poses.insert(all.poses.end(), keyframes.poses.begin(), keyframes.poses.end());
+  }
+  return all;
+}
+
+/// Where the search ended from one start.
+struct RobotsMinimum {
+  Minimum minimum;
+  std::size_t turned = 0;  ///< the robot that was laid elsewhere
+};
+
+/// From where all are laid, and from where each that could be turned otherwise is turned; the lowest first.
+std::vector<RobotsMinimum> minima_of(std::span<const RobotRecording> robots,
+                                     std::span<const RobotSighting> seen, const RobotsProblem& all,
+                                     Minimiser& minimiser, const SmootherOptions& options) {
+  const auto from = [&](const std::vector<PlacedPath>& placed) {
+    return minimum_near(all.problem, at_keyframes(all.tracks, placed), minimiser,
+                        {.most_iterations = options.most_iterations, .enough = options.enough});
+  };
+  std::vector<RobotsMinimum> minima = {{from(all.placed)}};
+  for (std::size_t i = 0; i < robots.size(); ++i)
+    for (int k = 1; k < kTurns && !(all.placed[i].turn_sigma_rad < kSureTurn_rad); ++k)
+      minima.push_back({from(placed_paths(robots, seen, options, {i, 2.0 * kPi * k / kTurns})), i});
+  std::ranges::stable_sort(minima, {}, [](const RobotsMinimum& one) { return one.minimum.cost; });
+  return minima;
+}
+
+/// The sightings alone determine each robot's own poses and landmarks: what is left is how robots stand to
+/// one another.
+[[noreturn]] void throw_undetermined(std::span<const RobotRecording> robots, const RobotsProblem& all) {
+  const auto least_sure = std::ranges::max_element(all.placed, {}, &PlacedPath::turn_sigma_rad);
+  throw CannotAnswer(fmt::format(
+      "{}: what it shares with the other robots does not determine its pose among them: all of it lies in "
+      "one place, or was seen from one",
+      robots[static_cast<std::size_t>(least_sure - all.placed.begin())].name));
+}
+
+/// Whether some pose lies where the covariance at the lowest minimum says that it does not.
+bool is_elsewhere(const SmoothingState& other, const SmoothingState& lowest, const Minimiser& linearised) {
+  const double limit = chi_squared_limit(1e-3, 3.0);
+  for (std::size_t i = 0; i < lowest.poses.size(); ++i) {
+    const Pose2 by = lowest.poses[i].inverse() * other.poses[i];
+    const Vector3 e(by.x, by.y, wrap_angle(by.heading));
+    const Matrix3 covariance = linearised.pose_covariance(static_cast<int>(i)).topLeftCorner<3, 3>();
+    if (e.dot(inverse_of(covariance) * e) > limit) return true;
+  }
+  return false;
+}
+
+std::string text_of(const Pose2& pose) {
+  return fmt::format("x {:.2f} m, y {:.2f} m, heading {:.0f}°", pose.x, pose.y,
+                     degrees(wrap_angle(pose.heading)));
+}
+
+/// Two places may explain what a robot shares equally well.
+void require_one_minimum(std::span<const RobotRecording> robots, const RobotsProblem& all,
+                         const std::vector<RobotsMinimum>& minima, const Minimiser& linearised) {
+  const SmoothingState& lowest = minima.front().minimum.state;
+  for (const RobotsMinimum& other : minima) {
+    if (other.minimum.cost - minima.front().minimum.cost > kAmbiguousCost) return;
+    if (!is_elsewhere(other.minimum.state, lowest, linearised)) continue;
+    const std::size_t robot = std::max(other.turned, minima.front().turned);
+    const auto first = nth(all.tracks[robot].first_pose());
+    throw CannotAnswer(fmt::format(
+        "{}: ambiguous: what it shares with the other robots fits it at {} and as well at {}, "
+        "where it first saw something: more landmarks that both see would tell",
+        robots[robot].name, text_of(lowest.poses[first]), text_of(other.minimum.state.poses[first])));
+  }
 }
 
 /// What one robot shares may be a single point, about which it could stand anywhere.
@@ -170,12 +250,11 @@ JointSlam smooth_together(std::span<const RobotRecording> robots, std::span<cons
                        [](const RobotSighting& one) { return is_valid(one.observation); });
   const RobotsProblem all = problem_of(robots, seen, options);
   Minimiser minimiser(all.problem);
-  const Minimum minimum =
-      minimum_near(all.problem, all.at_keyframes, minimiser,
-                   {.most_iterations = options.most_iterations, .enough = options.enough});
-  if (!minimiser.linearise(all.problem, minimum.state))
-    throw CannotAnswer("the sightings leave poses or landmarks undetermined");
+  const std::vector<RobotsMinimum> minima = minima_of(robots, seen, all, minimiser, options);
+  const Minimum& minimum = minima.front().minimum;
+  if (!minimiser.linearise(all.problem, minimum.state)) throw_undetermined(robots, all);
   require_known_frames(robots, all, minimiser);
+  require_one_minimum(robots, all, minima, minimiser);
   JointSlam joint;
   for (std::size_t i = 0; i < robots.size(); ++i)
     joint.robots.push_back(estimate_of(all.tracks[i], all.errors[i], minimum.state, minimiser));
@@ -187,7 +266,7 @@ JointSlam smooth_together(std::span<const RobotRecording> robots, std::span<cons
                   .cost = minimum.cost,
                   .degrees_of_freedom = degrees_of_freedom(all.problem),
                   .iterations = minimum.iterations,
-                  .starts = 1,
+                  .starts = minima.size(),
                   .converged = minimum.converged};
   for (const RobotEstimate& robot : joint.robots)
     joint.counts.outliers += robot.outliers + robot.robot_outliers;
