@@ -110,7 +110,8 @@ struct RobotsMinimum {
   std::size_t turned = 0;  ///< the robot that was laid elsewhere
 };
 
-/// From where all are laid, and from where each that could be turned otherwise is turned; the lowest first.
+/// From where all are laid, and from where each that could be turned otherwise is turned; the lowest
+/// first. Costs are right to `enough`: of equal ones that from where all are laid.
 std::vector<RobotsMinimum> minima_of(std::span<const RobotRecording> robots,
                                      std::span<const RobotSighting> seen, const RobotsProblem& all,
                                      Minimiser& minimiser, const SmootherOptions& options) {
@@ -122,7 +123,9 @@ std::vector<RobotsMinimum> minima_of(std::span<const RobotRecording> robots,
   for (std::size_t i = 0; i < robots.size(); ++i)
     for (int k = 1; k < kTurns && !(all.placed[i].turn_sigma_rad < kSureTurn_rad); ++k)
       minima.push_back({from(placed_paths(robots, seen, options, {i, 2.0 * kPi * k / kTurns})), i});
-  std::ranges::stable_sort(minima, {}, [](const RobotsMinimum& one) { return one.minimum.cost; });
+  const auto lowest =
+      std::ranges::min_element(minima, {}, [](const RobotsMinimum& one) { return one.minimum.cost; });
+  if (lowest->minimum.cost < minima.front().minimum.cost - options.enough) std::swap(minima.front(), *lowest);
   return minima;
 }
 
@@ -158,7 +161,7 @@ void require_one_minimum(std::span<const RobotRecording> robots, const RobotsPro
                          const std::vector<RobotsMinimum>& minima, const Minimiser& linearised) {
   const SmoothingState& lowest = minima.front().minimum.state;
   for (const RobotsMinimum& other : minima) {
-    if (other.minimum.cost - minima.front().minimum.cost > kAmbiguousCost) return;
+    if (other.minimum.cost - minima.front().minimum.cost > kAmbiguousCost) continue;
     if (!is_elsewhere(other.minimum.state, lowest, linearised)) continue;
     const std::size_t robot = std::max(other.turned, minima.front().turned);
     const auto first = nth(all.tracks[robot].first_pose());
