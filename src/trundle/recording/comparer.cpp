@@ -17,24 +17,15 @@ constexpr Eigen::Index kLags = 10;          // windows over which residuals may 
 constexpr double kFinest_s = 2e-5;          // of the search: far below the sigma of any log
 
 using Vector = Eigen::VectorXd;
+using Matrix = Eigen::MatrixXd;
 
-/// Of a sum of values that may hang together over some windows [Newey & West 1987]; at least a quarter of
-/// what it were if they did not.
-double variance_of_sum(const Vector& values) {
-  const double own = values.squaredNorm();
-  double variance = own;
-  for (Eigen::Index lag = 1; lag <= std::min(kLags, values.size() - 1); ++lag)
-    variance += 2.0 * (1.0 - static_cast<double>(lag) / (kLags + 1.0)) *
-                values.head(values.size() - lag).dot(values.tail(values.size() - lag));
-  return std::max(variance, 0.25 * own);
-}
-
-/// The entries of the windows that are used.
-Vector used_of(const Vector& values, const std::vector<bool>& used) {
-  Vector result(std::ranges::count(used, true));
+/// The rows of the windows that are used.
+template <typename Values>
+Values used_of(const Values& values, const std::vector<bool>& used) {
+  Values result(std::ranges::count(used, true), values.cols());
   Eigen::Index n = 0;
   for (std::size_t w = 0; w < used.size(); ++w)
-    if (used[w]) result[n++] = values[static_cast<Eigen::Index>(w)];
+    if (used[w]) result.row(n++) = values.row(static_cast<Eigen::Index>(w));
   return result;
 }
 
@@ -46,19 +37,27 @@ double largest_residual(const Regression& channel) {
   return kLargestResidual * kSigmaOfMedian * median(sizes);
 }
 
-Regression regress(const Vector& fixed, const Vector& moved, const Vector& duration_s) {
+/// What is left of values beside those that are proportional to the windows' durations.
+Vector beside(const Vector& duration_s, const Vector& values) {
+  return values - duration_s * (values.dot(duration_s) / duration_s.squaredNorm());
+}
+
+Regression regress(const Vector& fixed, const Matrix& moved, const Vector& duration_s) {
   Regression result;
-  if (moved.size() < 2) return result;
-  result.design.resize(moved.size(), 2);
+  if (moved.rows() < 2) return result;
+  result.design.resize(moved.rows(), moved.cols() + 1);
   result.design << moved, duration_s;
-  const Vector coefficients = least_squares(result.design, fixed);
-  result.slope = coefficients[0];
-  result.residual = fixed - result.design * coefficients;
-  const Vector w = fixed - duration_s * (fixed.dot(duration_s) / duration_s.squaredNorm());
-  const Vector o = moved - duration_s * (moved.dot(duration_s) / duration_s.squaredNorm());
+  result.coefficients = least_squares(result.design, fixed);
+  result.residual = fixed - result.design * result.coefficients;
+  const Vector w = beside(duration_s, fixed), o = beside(duration_s, moved.col(0));
   const double norms = w.norm() * o.norm();
   result.correlation = norms > 0.0 ? w.dot(o) / norms : 0.0;
   return result;
+}
+
+/// Of a channel against the first one, by their noise.
+double weight(const Comparison& here, std::size_t channel) {
+  return here.channels.front().mean_square() / here.channels[channel].mean_square();
 }
 
 /// The least misfit within a step of where it was seen.
@@ -106,7 +105,7 @@ double Comparison::correlation() const {
 
 Comparison Comparer::at(double offset_s) {
   check_interruption();
-  const std::vector<Vector> others = clocks_.moved(offset_s, clocks_.used);
+  const std::vector<Matrix> others = clocks_.moved(offset_s, clocks_.used);
   const Vector duration_s = used_of(clocks_.duration_s, clocks_.used);
   Comparison comparison;
   for (std::size_t c = 0; c < others.size(); ++c)
@@ -176,26 +175,57 @@ bool speak_of_one_motion(const Comparison& comparison, const OffsetSearch& searc
   return std::abs(comparison.correlation()) >= search.least_correlation;
 }
 
-double sigma_of(const Comparison& before, const Comparison& here, const Comparison& after, double step_s) {
-  Vector score;
-  double information = 0.0;
+// At least a quarter of what it were if values did not hang together.
+double variance_of_sum(const Vector& values) {
+  const double own = values.squaredNorm();
+  double variance = own;
+  for (Eigen::Index lag = 1; lag <= std::min(kLags, values.size() - 1); ++lag)
+    variance += 2.0 * (1.0 - static_cast<double>(lag) / (kLags + 1.0)) *
+                values.head(values.size() - lag).dot(values.tail(values.size() - lag));
+  return std::max(variance, 0.25 * own);
+}
+
+bool Change::is_of_same_windows() const {
+  for (std::size_t c = 0; c < here.channels.size(); ++c) {
+    const Eigen::Index windows = here.channels[c].residual.size();
+    if (before.channels[c].residual.size() != windows || after.channels[c].residual.size() != windows)
+      return false;
+  }
+  return true;
+}
+
+Vector Change::score() const {
+  Vector score = Vector::Zero(here.channels.front().residual.size());
   for (std::size_t c = 0; c < here.channels.size(); ++c) {
     const Regression& r = here.channels[c];
-    if (before.channels[c].residual.size() != r.residual.size() ||
-        after.channels[c].residual.size() != r.residual.size())
-      return INFINITY;
-    Vector d =
-        r.slope * (after.channels[c].design.col(0) - before.channels[c].design.col(0)) / (2.0 * step_s);
+    Vector d = (after.channels[c].design - before.channels[c].design) * r.coefficients / (2.0 * step_s);
     d -= r.design * least_squares(r.design, d);
-    const double weight = here.channels.front().mean_square() / r.mean_square();
-    if (c == 0) score = Vector::Zero(r.residual.size());
-    score += weight * r.residual.cwiseProduct(d);
-    information += weight *
-                   (before.channels[c].residual.squaredNorm() + after.channels[c].residual.squaredNorm() -
-                    2.0 * r.residual.squaredNorm()) /
-                   (2.0 * step_s * step_s);
+    score += weight(here, c) * r.residual.cwiseProduct(d);
   }
-  return information > 0.0 ? std::sqrt(variance_of_sum(score)) / information : INFINITY;
+  return score;
+}
+
+double Change::slope() const {
+  double sum = 0.0;
+  for (std::size_t c = 0; c < here.channels.size(); ++c)
+    sum += weight(here, c) *
+           (after.channels[c].residual.squaredNorm() - before.channels[c].residual.squaredNorm());
+  return sum / (4.0 * step_s);
+}
+
+double Change::information() const {
+  double sum = 0.0;
+  for (std::size_t c = 0; c < here.channels.size(); ++c)
+    sum += weight(here, c) *
+           (before.channels[c].residual.squaredNorm() + after.channels[c].residual.squaredNorm() -
+            2.0 * here.channels[c].residual.squaredNorm());
+  return sum / (2.0 * step_s * step_s);
+}
+
+double sigma_of(const Change& change) {
+  if (!change.is_of_same_windows()) return INFINITY;
+  const double information = change.information();
+  return information > 0.0 ? std::sqrt(variance_of_sum(change.score())) / information : INFINITY;
 }
 
 }  // namespace trundle::recording

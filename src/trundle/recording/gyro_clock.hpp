@@ -10,8 +10,8 @@
 
 namespace trundle::recording {
 
-/// Finds a gyro's clock, for those who pass over the increments of a recording anyway: what the wheels turned
-/// in each is all that is kept of it.
+/// Finds a gyro's clock by wheels that are not steered, for those who pass over the increments of a recording
+/// anyway: what the wheels turned in each is all that is kept of it.
 class GyroClock {
  public:
   /// Recording and robot must outlive it.
@@ -28,6 +28,8 @@ class GyroClock {
 
   const Recording& recording_;
   const Robot& robot_;
+  Chassis
+      chassis_;  ///< without the steered wheels, if the others see turns: the steering has a clock of its own
   TimeOffsetOptions options_;
   Rows rows_;  ///< without the gyro
   bool is_observable_;

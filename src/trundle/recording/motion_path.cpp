@@ -1,6 +1,7 @@
 #include "trundle/recording/detail/motion_path.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "trundle/chassis/rows.hpp"
 
@@ -27,23 +28,35 @@ Pose2 MotionPath::at(double time) const {
   return poses[i] * exp({u * twists[i].dx, u * twists[i].dy, u * twists[i].dtheta});
 }
 
+std::optional<MotionPath> motion_path(const AlignedReadings& readings, std::vector<Twist2> twists,
+                                      std::vector<bool> lost) {
+  if (twists.empty()) return std::nullopt;
+  MotionPath path{.time_s = {readings.start_s},
+                  .poses = {Pose2{}},
+                  .twists = std::move(twists),
+                  .bridged = std::move(lost)};
+  path.time_s.reserve(path.twists.size() + 1);
+  path.poses.reserve(path.twists.size() + 1);
+  for (std::size_t i = 0; i < path.twists.size(); ++i) {
+    path.poses.push_back(path.poses.back() * exp(path.twists[i]));
+    path.time_s.push_back(readings.increments[i].time_s);
+  }
+  return path;
+}
+
 std::optional<MotionPath> motion_path(const AlignedReadings& readings, const Robot& robot) {
   const bool with_gyro = observability(rows_of(robot.chassis, false)).rank < 3;
   const Rows rows = rows_of(robot.chassis, with_gyro);
-  if (readings.increments.empty() || observability(rows).rank < 3) return std::nullopt;
-  MotionPath path{.time_s = {readings.start_s}, .poses = {Pose2{}}, .twists = {}, .bridged = {}};
-  const std::size_t count = readings.increments.size();
-  path.time_s.reserve(count + 1);
-  path.poses.reserve(count + 1);
-  path.twists.reserve(count);
-  for (std::size_t i = 0; i < count; ++i) {
+  if (observability(rows).rank < 3) return std::nullopt;
+  std::vector<Twist2> twists;
+  std::vector<bool> lost;
+  twists.reserve(readings.increments.size());
+  for (std::size_t i = 0; i < readings.increments.size(); ++i) {
     const Increment& increment = readings.increments[i];
-    path.twists.push_back(twist_of(robot.chassis, rows, increment));
-    path.poses.push_back(path.poses.back() * exp(path.twists.back()));
-    path.time_s.push_back(increment.time_s);
-    path.bridged.push_back(readings.bridged[i] || (with_gyro && !increment.has_gyro));
+    twists.push_back(twist_of(robot.chassis, rows, increment));
+    lost.push_back(readings.bridged[i] || (with_gyro && !increment.has_gyro));
   }
-  return path;
+  return motion_path(readings, std::move(twists), std::move(lost));
 }
 
 std::optional<MotionPath> motion_path(const Trajectory& world_from_body, double longest_gap_s) {

@@ -36,7 +36,7 @@ std::optional<TimeOffset> find_offset(ClockComparison comparison) {
   const Comparison here = compare.at(*offset);
   const Comparison before = compare.at(*offset - search.change_s),
                    after = compare.at(*offset + search.change_s);
-  const double sigma = std::hypot(sigma_of(before, here, after, search.change_s), search.least_sigma_s);
+  const double sigma = std::hypot(sigma_of({before, here, after, search.change_s}), search.least_sigma_s);
   const bool told = speak_of_one_motion(here, search) && sigma <= search.largest_sigma_s &&
                     std::abs(*offset - search.given_s) <= search.largest_s;
   if (!told) return std::nullopt;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -74,8 +75,9 @@ Vector channel(const std::vector<ReferenceStep>& steps, double ReferenceStep::*m
   return values;
 }
 
-std::vector<Vector> channels_of(const std::vector<ReferenceStep>& steps, bool with_heading) {
-  std::vector<Vector> channels{channel(steps, &ReferenceStep::way_m)};
+template <typename Values>
+std::vector<Values> channels_of(const std::vector<ReferenceStep>& steps, bool with_heading) {
+  std::vector<Values> channels{channel(steps, &ReferenceStep::way_m)};
   if (with_heading) channels.push_back(channel(steps, &ReferenceStep::turn_rad));
   return channels;
 }
@@ -181,7 +183,7 @@ std::optional<ClockComparison> comparison_of(std::vector<LogOnTwoClocks> logs, c
     clocks.used.insert(clocks.used.end(), used.begin(), used.end());
   }
   const bool with_heading = std::ranges::all_of(logs, &LogOnTwoClocks::has_heading);
-  clocks.fixed = channels_of(seen, with_heading);
+  clocks.fixed = channels_of<Vector>(seen, with_heading);
   clocks.duration_s = channel(seen, &ReferenceStep::end_s) - channel(seen, &ReferenceStep::start_s);
   clocks.moved = [logs = std::move(logs), with_heading](double offset_s, std::vector<bool>& used) {
     std::vector<ReferenceStep> steps;
@@ -189,12 +191,60 @@ std::optional<ClockComparison> comparison_of(std::vector<LogOnTwoClocks> logs, c
       std::ranges::copy(log.on_board(offset_s), std::back_inserter(steps));
     for (std::size_t i = 0; i < steps.size(); ++i)
       if (!std::isfinite(steps[i].way_m)) used[i] = false;
-    return channels_of(steps, with_heading);
+    return channels_of<Eigen::MatrixXd>(steps, with_heading);
   };
   return comparison;
 }
 
+/// The regressors of each channel: what a steering's zero is off turns the body by a multiple of its way.
+std::vector<Eigen::MatrixXd> steered_channels_of(const std::vector<ReferenceStep>& steps) {
+  std::vector<Eigen::MatrixXd> channels = channels_of<Eigen::MatrixXd>(steps, true);
+  const Vector way = channels[0];
+  channels[1].conservativeResize(Eigen::NoChange, 2);
+  channels[1].col(1) = way;
+  return channels;
+}
+
 }  // namespace
+
+std::optional<JointClocks> steering_and_reference_clocks(const SteeredMotion& motion,
+                                                         const ReferenceStream& reference, const Robot& robot,
+                                                         const TimeOffsetOptions& steering) {
+  if (!shows_motion(reference) || !reference.has_headings()) return std::nullopt;
+  const auto path_at = [&motion](double later_s) {
+    SteeredMotion::Twists by = motion.twists(later_s);
+    return motion_path(motion.readings(), std::move(by.twist), std::move(by.lost));
+  };
+  auto log = on_two_clocks(reference, path_at(0.0), robot, kReferenceClock.window_s);
+  if (!log) return std::nullopt;
+  const double row_s = log->row_s, window_s = log->window_s;
+  std::vector<LogOnTwoClocks> logs{*std::move(log)};
+  auto alone = comparison_of(logs, robot, kReferenceClock);
+  if (!alone) return std::nullopt;
+  JointClocks clocks{.fixed = std::move(alone->clocks.fixed),
+                     .duration_s = std::move(alone->clocks.duration_s),
+                     .used = std::move(alone->clocks.used),
+                     .moved = {},
+                     .search = {OffsetSearch{.largest_s = steering.largest_s,
+                                             .step_s = 0.5 * window_s,
+                                             .change_s = row_s,
+                                             .least_sigma_s = row_s / 20.0,
+                                             .largest_sigma_s = steering.largest_sigma_s,
+                                             .least_correlation = kReferenceClock.least_correlation},
+                                alone->search}};
+  clocks.moved = [path_at, log = std::move(logs.front()), at_s = 0.0](const Eigen::Vector2d& offsets_s,
+                                                                      std::vector<bool>& used) mutable {
+    if (offsets_s[0] != std::exchange(at_s, offsets_s[0])) log.path = path_at(offsets_s[0]).value();
+    std::vector<ReferenceStep> steps = log.on_board(offsets_s[1]);
+    for (std::size_t i = 0; i < steps.size(); ++i)
+      if (!std::isfinite(steps[i].way_m)) {
+        used[i] = false;
+        steps[i].way_m = steps[i].turn_rad = 0.0;
+      }
+    return steered_channels_of(steps);
+  };
+  return clocks;
+}
 
 std::optional<ClockComparison> reference_clocks(std::span<const ReferenceLog> given, const Robot& robot,
                                                 const TimeOffsetOptions& options) {

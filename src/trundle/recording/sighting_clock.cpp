@@ -97,7 +97,7 @@ std::optional<ClockComparison> sighting_clocks(const std::vector<Sighting>& sigh
       changes[i] = bearing_change(pairs[p], path, mount, offset_s);
       if (!std::isfinite(changes[i])) used[p] = false;
     }
-    return std::vector{changes};
+    return std::vector<Eigen::MatrixXd>{changes};
   };
   return comparison;
 }

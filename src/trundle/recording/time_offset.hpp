@@ -3,6 +3,7 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "trundle/chassis/robot.hpp"
@@ -34,6 +35,30 @@ struct TimeOffsetOptions {
 /// the turns do not agree, or no gyro was recorded. Throws as align() does.
 std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const Robot& robot,
                                            const TimeOffsetOptions& options = {});
+
+/// How far the steering's clock is from that of the wheels, found in a log.
+struct SteeringClocks {
+  bool is_possible = false;                 ///< a steering that turns the robot, and turns measured otherwise
+  std::string_view by = {};                 ///< what measured these: "wheels", "gyro", "reference"
+  std::optional<TimeOffset> steering = {};  ///< to be steering_time_offset_s of the first steered wheel
+  /// Of the sensor that measured the turns, found along with it: to be its time_offset_s.
+  std::optional<TimeOffset> gyro = {}, reference = {};
+  /// How much farther the steering's clock is from what the robot file says than that of the sensor that
+  /// measures the turns: where the speed hardly changes both may be anything together, and this is told.
+  std::optional<TimeOffset> apart = {};
+};
+
+/// The offset at which the turns that the steering makes of the way explain best those that are measured
+/// otherwise: by wheels that are not steered, else the gyro, else the headings of the reference, whose own
+/// clock is found along with it. All steered wheels have one clock. docs/theory/steering-clock.md. Nothing
+/// where it cannot be determined. Throws as align() does.
+SteeringClocks steering_clocks(const Recording& recording, const Robot& robot,
+                               const TimeOffsetOptions& options = {});
+
+/// Of the first steered wheel; 0 where there is none.
+[[nodiscard]] double steering_time_offset_s(const Chassis& chassis);
+/// Adds to those of all steered wheels.
+void move_steering_clock(double by_s, Chassis& chassis);
 
 /// How far the reference's clock is from that of the sensors on board, found in one log.
 inline constexpr TimeOffsetOptions kReferenceClock = {

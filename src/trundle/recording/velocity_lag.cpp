@@ -67,7 +67,7 @@ std::optional<TimeOffset> find_lag(const LaggingClocks& with_lag, double given_s
   if (!after.compare.has_enough()) return std::nullopt;  // it has those that all have
   const Comparison best = here.in(windows);
   const double sigma =
-      std::hypot(sigma_of(before.in(windows), best, after.in(windows), step_s), search.least_sigma_s);
+      std::hypot(sigma_of({before.in(windows), best, after.in(windows), step_s}), search.least_sigma_s);
   if (!std::isfinite(sigma)) return std::nullopt;
   return TimeOffset{lag_s, sigma, best.correlation()};
 }

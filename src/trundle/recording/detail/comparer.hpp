@@ -14,9 +14,10 @@ inline constexpr double kSignificant = 3.0;  ///< sigmas: beyond, it is no chanc
 /// Two sensors of one motion, window by window, each in as many quantities ('channels': its turn, its way).
 /// The windows are those of one of them, which is not interpolated.
 struct TwoClocks {
-  /// What the other one says of the windows when the clocks are so far apart: an entry for each channel and
-  /// window. Windows that it misses are not used any more.
-  using Other = std::function<std::vector<Eigen::VectorXd>(double offset_s, std::vector<bool>& used)>;
+  /// What the other one says of the windows when the clocks are so far apart: for each channel a row for each
+  /// window, and beside what it says what it may err by a multiple of. Windows that it misses are not used
+  /// any more.
+  using Other = std::function<std::vector<Eigen::MatrixXd>(double offset_s, std::vector<bool>& used)>;
 
   std::vector<Eigen::VectorXd> fixed;  ///< an entry for each channel
   Eigen::VectorXd duration_s;          ///< of each window
@@ -39,9 +40,9 @@ struct ClockComparison {
   OffsetSearch search;
 };
 
-/// fixed = slope · moved + drift · duration + residual, by least squares; nothing of less than two windows.
+/// fixed = moved · slopes + drift · duration + residual, by least squares; nothing of less than two windows.
 struct Regression {
-  double slope = 0.0;
+  Eigen::VectorXd coefficients;  ///< slopes and drift
   double correlation = 0.0;
   Eigen::VectorXd residual;
   Eigen::MatrixXd design;  ///< moved and duration
@@ -92,10 +93,28 @@ std::optional<double> settled_offset(Comparer& compare, const OffsetSearch& sear
 
 [[nodiscard]] bool speak_of_one_motion(const Comparison& comparison, const OffsetSearch& search);
 
+/// Of a sum of values that may hang together over some windows [Newey & West 1987].
+[[nodiscard]] double variance_of_sum(const Eigen::VectorXd& values);
+
+/// What changes where clocks are moved by a step to either side. The windows of all three are the same.
+struct Change {
+  const Comparison& before;
+  const Comparison& here;
+  const Comparison& after;
+  double step_s = 0.0;
+
+  [[nodiscard]] bool is_of_same_windows() const;
+  /// How each window pulls at the offset: its part of the derivative of half the sum of squares, channels
+  /// weighed by their noise; negative.
+  [[nodiscard]] Eigen::VectorXd score() const;
+  /// How half the sum of squares falls and bends: that of the moved sensor's changes would count its noise as
+  /// motion.
+  [[nodiscard]] double slope() const;
+  [[nodiscard]] double information() const;
+};
+
 /// σ of what was moved by a step to either side, from the residuals' scatter: of Newton's step, with a
-/// sandwich of the scores' autocovariances [Newey & West 1987]. The information is how the squares bend: that
-/// of the moved sensor's changes would count its noise as motion.
-[[nodiscard]] double sigma_of(const Comparison& before, const Comparison& here, const Comparison& after,
-                              double step_s);
+/// sandwich of the scores' autocovariances [Newey & West 1987].
+[[nodiscard]] double sigma_of(const Change& change);
 
 }  // namespace trundle::recording

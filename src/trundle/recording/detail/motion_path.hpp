@@ -24,6 +24,9 @@ struct MotionPath {
 
 /// By wheels alone where they tell the motion, else with the gyro; nothing where that is not enough.
 [[nodiscard]] std::optional<MotionPath> motion_path(const AlignedReadings& readings, const Robot& robot);
+/// By the twist of each increment; `lost`: across a gap. Nothing of none.
+[[nodiscard]] std::optional<MotionPath> motion_path(const AlignedReadings& readings,
+                                                    std::vector<Twist2> twists, std::vector<bool> lost);
 /// Of poses of the body; neighbours that are more than `longest_gap_s` apart have a gap between them. Nothing
 /// of fewer than two poses.
 [[nodiscard]] std::optional<MotionPath> motion_path(const Trajectory& world_from_body, double longest_gap_s);
