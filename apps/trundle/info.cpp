@@ -71,8 +71,9 @@ std::string text_of(const GyroNoise& noise) {
   return text;
 }
 
-std::string line_of_clock(std::string_view sensor, const std::optional<TimeOffset>& offset) {
-  return offset ? fmt::format("{} against wheels: time_offset_s = {} s\n", sensor,
+std::string line_of_clock(std::string_view sensor, const std::optional<TimeOffset>& offset,
+                          std::string_view key = "time_offset_s") {
+  return offset ? fmt::format("{} against wheels: {} = {} s\n", sensor, key,
                               with_sigma(offset->offset_s, offset->sigma_s))
                 : fmt::format(
                       "{} against wheels: the time offset is not observable; change the turn rate often\n",
@@ -104,6 +105,8 @@ std::string text_of(const RecordingInfo& info) {
     text += fmt::format("effective track by the gyro, {:.1f} to {:.1f} s: {:.4f} ± {:.4f} m\n", track.start_s,
                         track.end_s, std::abs(track.track_m), track.sigma_m);
   if (findings.compares_clocks) text += line_of_clock("gyro", findings.gyro_time_offset);
+  if (findings.compares_steering_clock)
+    text += line_of_clock("steering", findings.steering_time_offset, "steering_time_offset_s");
   if (findings.compares_reference_clock) text += line_of_clock("reference", findings.reference_time_offset);
   if (findings.compares_sighting_clock)
     text += line_of_clock("landmark sensor", findings.sighting_time_offset);

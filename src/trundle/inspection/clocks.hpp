@@ -8,15 +8,20 @@
 
 namespace trundle::inspection {
 
-/// The clock of the gyro, of the reference or of the landmark sensor, against the wheels'.
+/// The clock of the gyro, the steering, the reference or the landmark sensor, against the wheels'.
 struct ClockComparison {
   bool is_possible = false;          ///< both are there, and may show the same motion
   std::optional<TimeOffset> offset;  ///< none: it cannot be determined
   std::optional<Finding> problem;    ///< it is not what the files say, and does harm
 };
-/// `offset`: of the gyro, as gyro_time_offset() gives it.
-ClockComparison compare_clocks(const Recording& recording, const Robot& robot,
-                               const std::optional<TimeOffset>& offset);
+/// Those on board.
+struct BoardClocks {
+  ClockComparison gyro, steering;
+};
+/// `by_unsteered`: of the gyro, as GyroClock gives it. Where the steering alone sees turns its clock and the
+/// gyro's are found together.
+BoardClocks compare_clocks(const Recording& recording, const Robot& robot,
+                           const std::optional<TimeOffset>& by_unsteered);
 ClockComparison compare_reference_clock(const Recording& recording, const AlignedReadings& readings,
                                         const Robot& robot);
 ClockComparison compare_sighting_clock(const Recording& recording, const AlignedReadings& readings,

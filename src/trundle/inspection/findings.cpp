@@ -262,19 +262,31 @@ std::optional<Compared> compared(const Recording& recording, const Robot& robot)
 
 void compare_all_clocks(const Recording& recording, const Overview& overview,
                         const std::optional<Compared>& all, const Robot& robot, Findings& findings) {
-  const ClockComparison gyro = compare_clocks(recording, robot, overview.gyro_time_offset);
-  findings.compares_clocks = gyro.is_possible;
-  findings.gyro_time_offset = gyro.offset;
+  const BoardClocks board = compare_clocks(recording, robot, overview.gyro_time_offset);
+  findings.compares_clocks = board.gyro.is_possible;
+  findings.gyro_time_offset = board.gyro.offset;
+  findings.compares_steering_clock = board.steering.is_possible;
+  findings.steering_time_offset = board.steering.offset;
   ClockComparison reference, sightings;
   if (all) {
-    reference = compare_reference_clock(recording, all->readings(), robot);
-    sightings = compare_sighting_clock(recording, all->readings(), robot);
+    // Their clocks are told by the motion, which a steering that is late makes another.
+    std::optional<AlignedReadings> corrected;
+    if (board.steering.problem && board.steering.offset) {
+      Robot told = robot;
+      move_steering_clock(board.steering.offset->offset_s - steering_time_offset_s(robot.chassis),
+                          told.chassis);
+      corrected = align(recording, told);
+    }
+    const AlignedReadings& readings = corrected ? *corrected : all->readings();
+    reference = compare_reference_clock(recording, readings, robot);
+    sightings = compare_sighting_clock(recording, readings, robot);
   }
   findings.compares_reference_clock = reference.is_possible;
   findings.reference_time_offset = reference.offset;
   findings.compares_sighting_clock = sightings.is_possible;
   findings.sighting_time_offset = sightings.offset;
-  for (const auto& problem : {gyro.problem, reference.problem, sightings.problem})
+  for (const auto& problem :
+       {board.gyro.problem, board.steering.problem, reference.problem, sightings.problem})
     if (problem) findings.problems.push_back(*problem);
 }
 

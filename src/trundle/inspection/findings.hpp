@@ -21,6 +21,8 @@ struct Findings {
   std::optional<Abilities> abilities;
   bool compares_clocks = false;  ///< wheels that see turns and a gyro are there
   std::optional<TimeOffset> gyro_time_offset;
+  bool compares_steering_clock = false;  ///< steered wheels, and turns measured otherwise
+  std::optional<TimeOffset> steering_time_offset;
   bool compares_reference_clock = false;  ///< motion on board and a reference of positions are there
   std::optional<TimeOffset> reference_time_offset;
   bool compares_sighting_clock = false;  ///< motion on board and sightings are there

@@ -87,6 +87,9 @@ Json to_json(const RecordingInfo& info) {
     json["robot"] = {{"can_tell", findings.abilities->can}, {"cannot_tell", findings.abilities->cannot}};
   if (findings.compares_clocks)
     json["gyro_time_offset"] = findings.gyro_time_offset ? to_json(*findings.gyro_time_offset) : Json();
+  if (findings.compares_steering_clock)
+    json["steering_time_offset"] =
+        findings.steering_time_offset ? to_json(*findings.steering_time_offset) : Json();
   if (findings.compares_reference_clock)
     json["reference_time_offset"] =
         findings.reference_time_offset ? to_json(*findings.reference_time_offset) : Json();

@@ -184,10 +184,10 @@ SlipAnswer answer_slip(const Recording& recording, const RobotFile& robot, const
     search.step(interval->increment, interval->bridged);
   }
   answer.report = search.finish(replay.start_s());
-  const ClockComparison clocks =
-      compare_clocks(recording, robot.robot, gyro_clock.take_offset(replay.start_s()));
+  const BoardClocks clocks = compare_clocks(recording, robot.robot, gyro_clock.take_offset(replay.start_s()));
   auto& findings = answer.report.findings;
-  if (clocks.problem) findings.push_back(*clocks.problem);
+  for (const auto& problem : {clocks.gyro.problem, clocks.steering.problem})
+    if (problem) findings.push_back(*problem);
   findings.insert(findings.begin(), recording.findings.begin(), recording.findings.end());
   warn_of_learning(question, answer);
   answer.provenance = provenance_of(recording, robot, clean, question);

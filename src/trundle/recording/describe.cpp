@@ -97,10 +97,11 @@ struct AddTo {
   }
   void operator()(const payload::ClockOffset& clock) const {
     to.add("size", 1e3 * std::abs(clock.off_s)).add("side", clock.off_s < 0.0 ? "late" : "early");
+    to.add("sigma", 1e3 * clock.sigma_s);
     const std::string total = fixed(clock.by_map_s + clock.by_robot_s + clock.off_s, 4);
     to.add("remedy",
            clock.map.empty()
-               ? fmt::format("write time_offset_s = {} under [{}] in {}", total, clock.table, clock.file)
+               ? fmt::format("write {} = {} under [{}] in {}", clock.key, total, clock.table, clock.file)
                : fmt::format("time_offset_s stands in both {0} ({1}) and {2} ({3}), and they add up: remove "
                              "it from {0}, and write time_offset_s = {4} under [{5}] in {2}",
                              clock.map, fixed(clock.by_map_s, 4), clock.file, fixed(clock.by_robot_s, 4),

@@ -34,6 +34,7 @@ constexpr std::pair<FindingCode, std::string_view> kNames[] = {
     {FindingCode::finer_than_counts, "finer than counts"},
     {FindingCode::clocks, "clocks"},
     {FindingCode::time_offset, "time offset"},
+    {FindingCode::steering_time_offset, "steering's time offset"},
     {FindingCode::reference_time_offset, "reference time offset"},
     {FindingCode::sighting_time_offset, "landmark sensor's time offset"},
     {FindingCode::wrap, "wrap"},

@@ -43,6 +43,7 @@ enum class FindingCode {
   // of clocks
   clocks,                 ///< two streams are never at the same time
   time_offset,            ///< of the gyro
+  steering_time_offset,   ///< of all steered wheels
   reference_time_offset,  ///< set right by those who compare
   sighting_time_offset,   ///< of the landmark sensor
   // of counters
@@ -174,11 +175,12 @@ struct SteadyRate {
   double bias_rad_s = 0.0, sigma_rad_s = 0.0;
 };
 
-/// Of the gyro's or the reference's clock. Offsets may stand in the robot file and in recording.toml, and
-/// they add up.
+/// Of the clock of a sensor. Offsets may stand in the robot file and in recording.toml, and they add up.
 struct ClockOffset {
   std::string_view table = "gyro";  ///< of both files, where it stands
-  double off_s = 0.0;               ///< to be added to those that are there
+  std::string_view key = "time_offset_s";
+  double off_s = 0.0;  ///< to be added to those that are there
+  double sigma_s = 0.0;
   double by_robot_s = 0.0, by_map_s = 0.0;
   std::string file;      ///< to be corrected
   std::string map = {};  ///< recording.toml where it has an offset and the robot file another
