@@ -675,7 +675,7 @@ map_mistake("steering from 0 to 360°, not to both sides", STEERING, lambda case
     lambda reading: reading % steered(case).get("steering_ticks_per_revolution", 2 * math.pi))(case), on=STEERED)
 map_mistake("columns of the steering and of a wheel swapped", STEERING, steering_swapped, on=STEERED)
 map_mistake("a column for the steering that stays 0", STEERING, steering_reads(lambda reading: 0.0), on=STEERED)
-map_mistake("steering 0.2 s late", STEERING, steering_later, on=STEERED)
+map_mistake("steering 0.2 s late", r"steering_time_offset_s|the steering is read", steering_later, on=STEERED)
 # The gyro.
 map_mistake("gyro in deg/s, no unit", "deg/s", scaled("gyro", math.degrees(1), "yaw_rate_rad_s"))
 map_mistake("unit = deg/s for a gyro in rad/s", "deg/s", unit("gyro", "yaw_rate_rad_s", "deg/s"))

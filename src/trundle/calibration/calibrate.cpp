@@ -49,6 +49,7 @@ void add_words(const Preparation& ready, const std::string& given_scale, Calibra
   result.warnings.insert(result.warnings.end(), ready.silent.begin(), ready.silent.end());
   for (const std::string& words : {ready.sensor_heading, ready.scale})
     if (!words.empty()) result.warnings.push_back(words);
+  if (ready.clocks_apart) result.warnings.push_back(*ready.clocks_apart);
   for (const Finding& fault : ready.channels.faults)
     result.warnings.push_back(describe(fault) + "; already compensated in the calibrated robot");
   if (!given_scale.empty()) result.unobservable.push_back(given_scale);
@@ -234,11 +235,12 @@ CalibrationResult calibrate(std::span<const Recording> training, std::span<const
     ready.start.chassis.gyro->time_offset_s = gyro->time_offset_s;
   for (Run& run : ready.runs) set_gyro_clock(ready.start, run);
   if (options.learn_noise) add_learned_noise(ready.runs, result);
+  result.steering_clock = ready.steering_clock;
   result.gyro_clock = ready.gyro_clock;
   result.reference_clocks = words_of_clocks(ready.runs, ready.reference_clock);
   result.velocity_lag = ready.velocity_lag;
-  for (const auto& words :
-       {result.velocity_lag, result.gyro_clock, ready.gyro_noise, result.reference_clocks})
+  for (const auto& words : {result.velocity_lag, result.steering_clock, result.gyro_clock, ready.gyro_noise,
+                            result.reference_clocks})
     if (words) note(*words, result);
   result.gyro_biases = words_of_biases(ready.runs, estimate.gyro_biases);
   if (result.gyro_biases) note(*result.gyro_biases, result);

@@ -128,6 +128,7 @@ struct CalibrationResult {
   /// Those of the notes that say how a velocity's lag and clocks were set by the logs; nothing: they stay as
   /// given.
   std::optional<std::string> velocity_lag = {};
+  std::optional<std::string> steering_clock;
   std::optional<std::string> gyro_clock;
   std::optional<std::string> reference_clocks;
   std::optional<std::string> sensor_clock;

@@ -57,8 +57,8 @@ std::vector<std::string> remarks_of(const CalibrationResult& result) {
   std::vector<std::string> remarks;
   for (const std::string& words : result.warnings) remarks.push_back("warning: " + words);
   for (const std::string& words : result.unobservable) remarks.push_back("note: " + words);
-  for (const auto& clock :
-       {result.velocity_lag, result.gyro_clock, result.reference_clocks, result.sensor_clock})
+  for (const auto& clock : {result.velocity_lag, result.steering_clock, result.gyro_clock,
+                            result.reference_clocks, result.sensor_clock})
     if (clock) remarks.push_back("note: corrected: " + *clock);
   if (result.gyro_biases) remarks.push_back("note: " + *result.gyro_biases);
   return remarks;

@@ -41,6 +41,7 @@ Misread misread_by(const Finding& problem, const std::vector<Recording>& recordi
 HealthProblem health_problem_of(const Finding& problem) {
   return {.is_warning = problem.severity == Severity::warning,
           .is_of_gyro_clock = problem.code == FindingCode::time_offset,
+          .is_of_steering_clock = problem.code == FindingCode::steering_time_offset,
           .place = problem.place,
           .message = describe(problem)};
 }
@@ -72,11 +73,12 @@ Found<HealthCheck> check_health(const RunInputs& inputs) {
       health.info.problems.push_back(told);
       if (is_misreading(problem) || is_miswiring(problem))
         health.misreadings.push_back({misread_by(problem, inputs.recordings), words});
-      if (told.is_warning && !told.is_of_gyro_clock)
-        found.remarks.push_back("warning: " + words);
-      else
+      if (!told.is_warning || told.is_of_gyro_clock || told.is_of_steering_clock)
         ++notes;
+      else
+        found.remarks.push_back("warning: " + words);
       if (told.is_warning && told.is_of_gyro_clock) health.gyro_clock.push_back("warning: " + words);
+      if (told.is_warning && told.is_of_steering_clock) health.steering_clock.push_back("warning: " + words);
     }
   if (!inputs.is_session()) health.sensor_clock = info.recordings.front().findings.sighting_time_offset;
   std::ranges::move(unused_in_any(inputs), std::back_inserter(found.remarks));

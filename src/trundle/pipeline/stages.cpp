@@ -10,6 +10,7 @@
 #include "trundle/pipeline/odometry_answer.hpp"
 #include "trundle/pipeline/report_answer.hpp"
 #include "trundle/pipeline/sentences.hpp"
+#include "trundle/recording/time_offset.hpp"
 #include "trundle/recording/trajectory_file.hpp"
 #include "trundle/report/json_text.hpp"
 #include "trundle/report/page.hpp"
@@ -68,10 +69,14 @@ Found<Odometry> integrate_with(const RunInputs& inputs, const RobotFile& robot, 
   return found;
 }
 
-/// The gyro's, by the calibration.
-bool has_corrected_clock(const Robot& given, const Robot& used) {
+/// By the calibration.
+bool has_corrected_gyro_clock(const Robot& given, const Robot& used) {
   const auto &before = given.chassis.gyro, &after = used.chassis.gyro;
   return before && after && before->time_offset_s != after->time_offset_s;
+}
+
+bool has_corrected_steering_clock(const Robot& given, const Robot& used) {
+  return steering_time_offset_s(given.chassis) != steering_time_offset_s(used.chassis);
 }
 
 template <typename T>
@@ -114,8 +119,10 @@ Found<Odometry> integrate_odometry(const RunInputs& inputs, const RobotFile& rob
                      is_as_given ? as_given : "odometry with the calibrated robot", write_now);
   insert_first(std::move(nominal.value.trajectories), found.value.trajectories);
   insert_first(std::move(nominal.files), found.files);
-  if (health != nullptr && !has_corrected_clock(inputs.given.robot, robot.robot))
-    found.remarks.insert(found.remarks.end(), health->gyro_clock.begin(), health->gyro_clock.end());
+  if (health != nullptr && !has_corrected_gyro_clock(inputs.given.robot, robot.robot))
+    std::ranges::copy(health->gyro_clock, std::back_inserter(found.remarks));
+  if (health != nullptr && !has_corrected_steering_clock(inputs.given.robot, robot.robot))
+    std::ranges::copy(health->steering_clock, std::back_inserter(found.remarks));
   return found;
 }
 

@@ -24,8 +24,9 @@ struct WrittenTrajectory {
 struct HealthCheck {
   InfoResult info;
   std::vector<Misreading> misreadings = {};
-  std::vector<std::string> gyro_clock = {};     ///< warnings of it, which hold until a calibration has set it
-  std::optional<TimeOffset> sensor_clock = {};  ///< the landmark sensor's, of one recording
+  std::vector<std::string> gyro_clock = {};  ///< warnings of it, which hold until a calibration has set it
+  std::vector<std::string> steering_clock = {};  ///< likewise
+  std::optional<TimeOffset> sensor_clock = {};   ///< the landmark sensor's, of one recording
 };
 
 struct CalibratedRobot {

@@ -291,9 +291,11 @@ void attend_consistency(const Json& result, Json& attention) {
     attention.push_back({{"kind", "nis"}, {"mean", sightings.at("nis_mean")}, {"expected", expected}});
 }
 
-/// The calibration set the gyro's clock: there is nothing left to do.
+/// The calibration set the clock: there is nothing left to do.
 bool is_settled(const HealthProblem& problem, const Results& results) {
-  return problem.is_of_gyro_clock && results.calibration && results.calibration->sets_gyro_clock;
+  if (!results.calibration) return false;
+  return (problem.is_of_gyro_clock && results.calibration->sets_gyro_clock) ||
+         (problem.is_of_steering_clock && results.calibration->sets_steering_clock);
 }
 
 void attend_stages(const Results& results, Json& attention) {

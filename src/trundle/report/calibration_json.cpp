@@ -45,10 +45,9 @@ Json offers_json(std::span<const ParameterOffer> offers) {
 }
 
 /// The note of a corrected clock, which begins with the key of the robot file, is all that the document says.
-bool says_that_the_clock_was_set(const Json& document) {
-  return std::ranges::any_of(document.at("notes"), [](const Json& note) {
-    return note.get<std::string>().starts_with("gyro.time_offset_s");
-  });
+bool says_what_was_set(const Json& document, std::string_view clock) {
+  return std::ranges::any_of(document.at("notes"),
+                             [&](const Json& note) { return note.get<std::string>().starts_with(clock); });
 }
 
 /// What JSON cannot say becomes what it can: numbers that are not finite null, bytes that are not UTF-8
@@ -90,12 +89,15 @@ Json calibration_json(const CalibrationResult& result, const Json& provenance) {
 }
 
 CalibrationDocument calibration_document(const CalibrationResult& result, const Json& provenance) {
-  return {.document = calibration_json(result, provenance), .sets_gyro_clock = result.gyro_clock.has_value()};
+  return {.document = calibration_json(result, provenance),
+          .sets_gyro_clock = result.gyro_clock.has_value(),
+          .sets_steering_clock = result.steering_clock.has_value()};
 }
 
 CalibrationDocument calibration_from_json(std::string_view text, std::string_view file_name) {
   CalibrationDocument calibration{.document = parse_calibration_json(text, file_name)};
-  calibration.sets_gyro_clock = says_that_the_clock_was_set(calibration.document);
+  calibration.sets_gyro_clock = says_what_was_set(calibration.document, "gyro.time_offset_s");
+  calibration.sets_steering_clock = says_what_was_set(calibration.document, "steering_time_offset_s");
   return calibration;
 }
 

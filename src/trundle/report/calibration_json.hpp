@@ -21,7 +21,8 @@ nlohmann::ordered_json calibration_json(const CalibrationResult& result,
 /// A calibration.json, and what follows from it besides what the page draws.
 struct CalibrationDocument {
   nlohmann::ordered_json document;
-  bool sets_gyro_clock = false;  ///< then nothing is left to do about a gyro that is late
+  bool sets_gyro_clock = false;      ///< then nothing is left to do about a gyro that is late
+  bool sets_steering_clock = false;  ///< likewise
 };
 CalibrationDocument calibration_document(const CalibrationResult& result,
                                          const nlohmann::ordered_json& provenance);

@@ -42,10 +42,12 @@ constexpr std::array kInfoRules = {
 InfoResult info_from_json(std::string_view text, std::string_view file_name) {
   InfoResult info{.document = parse_result(text, "info", kInfoRules, file_name), .problems = {}};
   for (const Json& problem : info.document.at("problems"))
-    info.problems.push_back({.is_warning = problem.at("severity") == "warning",
-                             .is_of_gyro_clock = problem.at("kind") == name_of(FindingCode::time_offset),
-                             .place = problem.at("place"),
-                             .message = problem.at("message")});
+    info.problems.push_back(
+        {.is_warning = problem.at("severity") == "warning",
+         .is_of_gyro_clock = problem.at("kind") == name_of(FindingCode::time_offset),
+         .is_of_steering_clock = problem.at("kind") == name_of(FindingCode::steering_time_offset),
+         .place = problem.at("place"),
+         .message = problem.at("message")});
   return info;
 }
 

@@ -12,8 +12,9 @@ namespace trundle::report {
 
 /// What the health check found wrong.
 struct HealthProblem {
-  bool is_warning = true;         ///< else a note
-  bool is_of_gyro_clock = false;  ///< which a calibration may have set since
+  bool is_warning = true;             ///< else a note
+  bool is_of_gyro_clock = false;      ///< which a calibration may have set since
+  bool is_of_steering_clock = false;  ///< likewise
   std::string place;
   std::string message;
 };

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -30,19 +32,50 @@ constexpr double kElsewhere_rad = radians(20.0);
 // Of χ²: offsets of one clock scatter more in one case of a hundred.
 constexpr double kClocksDiffer = 0.01;
 
-/// Sets the gyro's clock by the logs, where they show it wrong. Returns what was done, in words.
-std::optional<std::string> set_gyro_clock(std::span<const Recording> recordings, Robot& robot) {
-  const std::vector<TimeOffset> offsets =
-      offsets_of(recordings, [&](const Recording& recording) { return gyro_time_offset(recording, robot); });
+/// What those recordings say that say anything.
+std::vector<TimeOffset> offsets_of(const std::vector<SteeringClocks>& clocks,
+                                   std::optional<TimeOffset> SteeringClocks::*clock) {
+  std::vector<TimeOffset> offsets;
+  for (const SteeringClocks& one : clocks)
+    if (one.*clock) offsets.push_back(*(one.*clock));
+  return offsets;
+}
+
+/// Sets a clock by the logs, where they show it wrong. Returns what was done, in words: `key`, and `how`.
+std::optional<std::string> set_clock(const std::vector<TimeOffset>& offsets, double given_s,
+                                     const std::function<void(double by_s)>& move, std::string_view key,
+                                     std::string_view how) {
   const auto mean = mean_of(offsets);
-  if (!mean) return std::nullopt;
-  double& time_offset_s = robot.chassis.gyro->time_offset_s;
-  const double given_s = time_offset_s;
-  if (!is_off(*mean, given_s)) return std::nullopt;
-  time_offset_s = mean->offset_s;
-  return fmt::format("gyro.time_offset_s {} s (was {}), from the turns of gyro and wheels in {}",
-                     with_sigma(time_offset_s, mean->sigma_s), fixed(given_s, 4),
-                     counted(offsets.size(), "recording"));
+  if (!mean || !is_off(*mean, given_s)) return std::nullopt;
+  move(mean->offset_s - given_s);
+  return fmt::format("{} {} s (was {}), from {} in {}", key, with_sigma(mean->offset_s, mean->sigma_s),
+                     fixed(given_s, 4), how, counted(offsets.size(), "recording"));
+}
+
+/// Sets the clocks of the steering and of the gyro.
+void set_board_clocks(std::span<const Recording> recordings, Preparation& ready) {
+  Robot& robot = ready.start;
+  std::vector<SteeringClocks> clocks;
+  for (const Recording& recording : recordings) clocks.push_back(steering_clocks(recording, robot));
+  ready.steering_clock = set_clock(
+      offsets_of(clocks, &SteeringClocks::steering), steering_time_offset_s(robot.chassis),
+      [&](double by_s) { move_steering_clock(by_s, robot.chassis); }, "steering_time_offset_s",
+      "turns by the steering and turns measured otherwise");
+  if (robot.chassis.gyro) {
+    std::vector<TimeOffset> offsets = offsets_of(clocks, &SteeringClocks::gyro);
+    if (offsets.empty())
+      offsets = recording::offsets_of(
+          recordings, [&](const Recording& recording) { return gyro_time_offset(recording, robot); });
+    double& time_offset_s = robot.chassis.gyro->time_offset_s;
+    ready.gyro_clock = set_clock(
+        offsets, time_offset_s, [&](double by_s) { time_offset_s += by_s; }, "gyro.time_offset_s",
+        "the turns of gyro and wheels");
+  }
+  const auto apart = mean_of(offsets_of(clocks, &SteeringClocks::apart));
+  if (!ready.steering_clock && !ready.gyro_clock && robot.chassis.gyro && apart && is_off(*apart, 0.0))
+    ready.clocks_apart = describe({.code = FindingCode::steering_time_offset,
+                                   .subjects = {"gyro"},
+                                   .payload = payload::Offset{apart->offset_s, apart->sigma_s}});
 }
 
 /// Where one offset of the reference's clock is sought for all runs: from what they say in the mean, for the
@@ -237,7 +270,9 @@ Preparation prepare(std::span<const Recording> recordings, const Robot& given,
                     .start = {},
                     .runs = {},
                     .velocity_lag = {},
+                    .steering_clock = {},
                     .gyro_clock = {},
+                    .clocks_apart = {},
                     .gyro_noise = {},
                     .reference_clock = {},
                     .sensor_heading = {},
@@ -248,7 +283,7 @@ Preparation prepare(std::span<const Recording> recordings, const Robot& given,
   if (!options.keeps_lag)
     ready.velocity_lag = set_velocity_lag(recordings, velocity_lag_by_reference,
                                           "the ways and turns that the reference shows", ready.start);
-  ready.gyro_clock = set_gyro_clock(recordings, ready.start);
+  set_board_clocks(recordings, ready);
   ready.gyro_noise = set_gyro_noise(recordings, ready.start);
   if (options.frees_reference_clock) start_reference_clock(recordings, ready.start);
   ready.runs = prepare_runs(recordings, ready.start);

@@ -14,12 +14,15 @@ namespace trundle::calibration {
 /// had to be done for it, in words; empty: nothing.
 struct Preparation {
   ChannelAssignment channels;  ///< with the robot as given, its channels put right
-  /// That robot, with the velocity's lag, the gyro's clock and noise and the wheels' scale as the runs show.
+  /// That robot, with the velocity's lag, the clocks of steering and gyro, the gyro's noise and the wheels'
+  /// scale as the runs show.
   Robot start;
-  std::vector<Run> runs;                    ///< those that tell something
-  std::optional<std::string> velocity_lag;  ///< how it was set, if it was
-  std::optional<std::string> gyro_clock;    ///< the same
-  std::optional<std::string> gyro_noise;    ///< the same
+  std::vector<Run> runs;                      ///< those that tell something
+  std::optional<std::string> velocity_lag;    ///< how it was set, if it was
+  std::optional<std::string> steering_clock;  ///< the same
+  std::optional<std::string> gyro_clock;      ///< the same
+  std::optional<std::string> clocks_apart;    ///< of steering and gyro, if nothing tells which is wrong
+  std::optional<std::string> gyro_noise;      ///< the same
   /// The same of the reference's clock, where runs share it.
   std::optional<std::string> reference_clock;
   std::string sensor_heading;       ///< what is wrong with where the reference sensor looks
