@@ -143,10 +143,13 @@ CalibrationDocument quiet_calibration(const std::optional<std::string>& gyro_clo
   return calibration_document(calibration, Json::object());
 }
 
-/// Of a log whose gyro was late.
-Json attention_to_late_gyro(CalibrationDocument calibration) {
-  const HealthProblem late{
-      .is_warning = true, .is_of_gyro_clock = true, .place = "run/imu.csv", .message = "late"};
+constexpr auto kLateGyro = &HealthProblem::is_of_gyro_clock;
+constexpr auto kLateSteering = &HealthProblem::is_of_steering_clock;
+
+/// Of a log one of whose clocks was late.
+Json attention_to_late(bool HealthProblem::*clock, CalibrationDocument calibration) {
+  HealthProblem late{.is_warning = true, .place = "run/imu.csv", .message = "late"};
+  late.*clock = true;
   Json problems = Json::array();
   for (const Json& one : attention_to({.label = "",
                          .info = InfoResult{.document = {}, .problems = {late}},
@@ -156,7 +159,7 @@ Json attention_to_late_gyro(CalibrationDocument calibration) {
 }
 
 TEST(Attention, NamesTheFile) {
-  const Json problems = attention_to_late_gyro(quiet_calibration(std::nullopt));
+  const Json problems = attention_to_late(kLateGyro, quiet_calibration(std::nullopt));
   ASSERT_EQ(problems.size(), 1);
   EXPECT_EQ(problems[0].at("place"), "run/imu.csv");
   EXPECT_EQ(problems[0].at("words"), "late");
@@ -165,12 +168,21 @@ TEST(Attention, NamesTheFile) {
 TEST(Attention, IsNotAskedForWhatTheCalibrationHasSet) {
   const CalibrationDocument set =
       quiet_calibration("gyro.time_offset_s -0.0631 ± 0.0009 s (was 0.0000), from the turns");
-  EXPECT_TRUE(attention_to_late_gyro(set).empty());
+  EXPECT_TRUE(attention_to_late(kLateGyro, set).empty());
   const auto read_again = [](const CalibrationDocument& written) {
     return calibration_from_json(json_text(written.document), "calibration.json");
   };
-  EXPECT_TRUE(attention_to_late_gyro(read_again(set)).empty());
-  EXPECT_FALSE(attention_to_late_gyro(read_again(quiet_calibration(std::nullopt))).empty());
+  EXPECT_TRUE(attention_to_late(kLateGyro, read_again(set)).empty());
+  EXPECT_FALSE(attention_to_late(kLateGyro, read_again(quiet_calibration(std::nullopt))).empty());
+}
+
+TEST(Attention, IsAskedForAClockThatTheCalibrationHasNotSet) {
+  CalibrationDocument set = quiet_calibration("gyro.time_offset_s -0.0631 ± 0.0009 s (was 0.0000)");
+  EXPECT_FALSE(attention_to_late(kLateSteering, set).empty());
+  set.document["notes"] = {"steering_time_offset_s -0.2003 ± 0.0029 s (was 0.0000), from turns"};
+  set = calibration_from_json(json_text(set.document), "calibration.json");
+  EXPECT_TRUE(attention_to_late(kLateSteering, set).empty());
+  EXPECT_FALSE(attention_to_late(kLateGyro, set).empty());
 }
 
 TEST(Attention, NamesStagesThatFailedButNotThePageItself) {
