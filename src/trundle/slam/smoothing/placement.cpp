@@ -1,10 +1,8 @@
 #include "trundle/slam/smoothing/placement.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <iterator>
-#include <limits>
 #include <map>
 #include <set>
 
@@ -23,77 +21,27 @@ namespace {
 // range apart: an error that least squares corrects at once.
 constexpr double kApartInSigmas = 10.0;
 
-/// A place as a path has it, and what that errs by, seen from where the path began.
-struct Place {
-  Vector2 at = Vector2::Zero();
-  double variance = std::numeric_limits<double>::infinity();  ///< along and across [m²]
-};
-using Places = std::map<LandmarkId, Place>;
+using Places = std::map<LandmarkId, Vector2>;
 
-/// A place that is on the body there.
-Place place_on_body(const Trajectory& path, std::size_t step, const Vector2& on_body) {
-  const Pose2& pose = path.poses[step].pose;
-  if (!path.has_covariance()) return {pose * on_body};
-  const Vector2 lever = rotation(pose.heading) * on_body;
-  Matrix23 by_pose;
-  by_pose << 1.0, 0.0, -lever.y(), 0.0, 1.0, lever.x();
-  return {pose * on_body, (by_pose * path.covariances[step] * by_pose.transpose()).trace()};
-}
-
-/// A place that is seen from there.
-Place place_seen(const Trajectory& path, std::size_t step, const LandmarkSensor& sensor,
-                 const Observation& observation) {
-  const SightedLandmark seen = sighted_landmark(path.poses[step].pose, sensor.body_from_sensor, observation);
-  if (!path.has_covariance()) return {seen.in_world};
-  const Matrix2 covariance = seen.by_pose * path.covariances[step] * seen.by_pose.transpose() +
-                             seen.spread(reading_covariance(sensor));
-  return {seen.in_world, covariance.trace()};
-}
-
-/// Where a robot's sightings put each landmark: the median, in the frame of its path, as sure as the surest.
+/// Where a robot's sightings put each landmark: the median, in the frame of its path.
 Places landmarks_of(const RobotRecording& robot, const Trajectory& path) {
-  std::map<LandmarkId, MedianPlace> medians;
-  Places places;
+  std::map<LandmarkId, MedianPlace> seen;
   for (std::size_t k = 0; k < robot.shown.size(); ++k)
-    for (const Observation& observation : robot.shown[k]) {
-      if (observation.landmark < 0 || !is_valid(observation)) continue;
-      const Place seen = place_seen(path, k, robot.sensor, observation);
-      medians[observation.landmark].add(seen.at);
-      double& variance = places[observation.landmark].variance;
-      variance = std::min(variance, seen.variance);
-    }
-  for (auto& [landmark, median] : medians) places[landmark].at = median.take();
+    for (const Observation& observation : robot.shown[k])
+      if (observation.landmark >= 0 && is_valid(observation))
+        seen[observation.landmark].add(
+            sighted_landmark(path.poses[k].pose, robot.sensor.body_from_sensor, observation).in_world);
+  Places places;
+  for (auto& [landmark, places_seen] : seen) places[landmark] = places_seen.take();
   return places;
 }
 
-/// What two robots share, as each has it.
-struct SharedPlaces {
-  std::vector<PointPair> pairs = {};
-  std::vector<double> sigmas_m = {};  ///< of each pair's difference
-
-  void add(const Place& from, const Place& to) {
-    pairs.push_back({from.at, to.at});
-    sigmas_m.push_back(std::sqrt(from.variance + to.variance));
-  }
-  void append(const SharedPlaces& more) {
-    pairs.insert(pairs.end(), more.pairs.begin(), more.pairs.end());
-    sigmas_m.insert(sigmas_m.end(), more.sigmas_m.begin(), more.sigmas_m.end());
-  }
-  Vector2 middle() const {
-    Vector2 sum = Vector2::Zero();
-    for (const PointPair& pair : pairs) sum += pair.to;
-    return sum / static_cast<double>(pairs.size());
-  }
-  /// Of the direction from one to another, the surest. What they err by in common is not known here: it is
-  /// taken for opposite.
-  double turn_sigma_rad() const {
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < pairs.size(); ++i)
-      for (std::size_t j = 0; j < i; ++j)
-        least = std::min(least, (sigmas_m[i] + sigmas_m[j]) / (pairs[i].to - pairs[j].to).norm());
-    return least;
-  }
-};
+/// In the frame that all share.
+Vector2 middle_of(const std::vector<PointPair>& pairs) {
+  Vector2 sum = Vector2::Zero();
+  for (const PointPair& pair : pairs) sum += pair.to;
+  return sum / static_cast<double>(pairs.size());
+}
 
 /// Where a path after each step of a robot began.
 Pose2 start_of(const RobotRecording& robot, const Trajectory& path) {
@@ -104,13 +52,13 @@ Pose2 start_of(const RobotRecording& robot, const Trajectory& path) {
 class FramePlacement {
  public:
   FramePlacement(std::span<const RobotRecording> robots, std::span<const RobotSighting> seen,
-                 const SmootherOptions& options, const Turned& turned)
+                 const SmootherOptions& options, const std::optional<Turned>& turned)
       : robots_(robots), seen_(seen), options_(options), turned_(turned), placed_(robots.size()) {
     for (const RobotRecording& robot : robots) own_.push_back(landmarks_of(robot, robot.path));
   }
 
   std::vector<PlacedPath> run() {
-    place(first(), {}, 0.0);
+    place(first(), {}, kContradicting);
     for (std::size_t i = 1; i < robots_.size(); ++i) place_next();
     return in_first_frame();
   }
@@ -122,9 +70,9 @@ class FramePlacement {
     return found == own_.end() ? 0 : static_cast<std::size_t>(found - own_.begin());
   }
 
-  void place(std::size_t robot, const Pose2& world_from_own, double turn_sigma_rad) {
+  void place(std::size_t robot, const Pose2& world_from_own, std::size_t shared) {
     PlacedPath placed{world_from_own * start_of(robots_[robot], robots_[robot].path), robots_[robot].path,
-                      turn_sigma_rad};
+                      shared};
     for (StampedPose& pose : placed.path.poses) pose.pose = world_from_own * pose.pose;
     add(robot, std::move(placed));
   }
@@ -141,33 +89,32 @@ class FramePlacement {
   }
 
   /// Landmarks that it shares with those that are placed.
-  SharedPlaces shared_landmarks(std::size_t robot) const {
-    SharedPlaces shared;
+  std::vector<PointPair> landmark_pairs(std::size_t robot) const {
+    std::vector<PointPair> pairs;
     for (const auto& [landmark, place] : own_[robot])
-      if (const auto there = map_.find(landmark); there != map_.end()) shared.add(place, there->second);
-    return shared;
+      if (const auto there = map_.find(landmark); there != map_.end())
+        pairs.push_back({place, there->second});
+    return pairs;
   }
 
   /// One of the two is placed, and the point is where it sees the other, or is seen by it.
-  void add_meeting(const RobotSighting& sighting, std::size_t robot, SharedPlaces& shared) const {
-    const auto path = [&](std::size_t of) -> const Trajectory& {
-      return of == robot ? robots_[of].path : placed_[of]->path;
+  PointPair pair_of(const RobotSighting& sighting, std::size_t robot) const {
+    const RobotRecording& seer = robots_[sighting.seer];
+    const auto pose = [&](std::size_t of, std::size_t step) {
+      return (of == robot ? robots_[of].path : placed_[of]->path).poses[step].pose;
     };
-    const Place by_seer = place_seen(path(sighting.seer), sighting.seer_step, robots_[sighting.seer].sensor,
-                                     sighting.observation);
-    const Place by_seen =
-        place_on_body(path(sighting.seen), sighting.seen_step, robots_[sighting.seen].marker_on_body);
-    if (sighting.seer == robot)
-      shared.add(by_seer, by_seen);
-    else
-      shared.add(by_seen, by_seer);
+    const Vector2 by_seer = sighted_landmark(pose(sighting.seer, sighting.seer_step),
+                                             seer.sensor.body_from_sensor, sighting.observation)
+                                .in_world;
+    const Vector2 by_seen = pose(sighting.seen, sighting.seen_step) * robots_[sighting.seen].marker_on_body;
+    return sighting.seer == robot ? PointPair{by_seer, by_seen} : PointPair{by_seen, by_seer};
   }
 
-  SharedPlaces meetings(std::size_t robot) const {
-    SharedPlaces shared;
+  std::vector<PointPair> robot_pairs(std::size_t robot) const {
+    std::vector<PointPair> pairs;
     for (const RobotSighting& sighting : seen_)
-      if (links_to_placed(sighting, robot)) add_meeting(sighting, robot, shared);
-    return shared;
+      if (links_to_placed(sighting, robot)) pairs.push_back(pair_of(sighting, robot));
+    return pairs;
   }
 
   /// Those to be placed that share something with placed ones: first whoever shares the most landmarks, then
@@ -176,7 +123,7 @@ class FramePlacement {
     using Shared = std::pair<std::size_t, std::size_t>;
     std::vector<std::pair<Shared, std::size_t>> candidates;
     for (std::size_t i = 0; i < robots_.size(); ++i)
-      if (const Shared shared(shared_landmarks(i).pairs.size(), meetings(i).pairs.size());
+      if (const Shared shared(landmark_pairs(i).size(), robot_pairs(i).size());
           !placed_[i] && shared > Shared{})
         candidates.emplace_back(shared, i);
     std::ranges::stable_sort(candidates, std::greater{},
@@ -199,9 +146,9 @@ class FramePlacement {
 
   bool is_placed_by_what_it_shares(std::size_t robot) {
     if (own_[robot].empty()) return is_placed_along_meetings(robot);
-    const SharedPlaces shared = what_frames_follow_from(robot);
-    const std::optional<Pose2> frame = frame_by(shared, robot);
-    if (frame) place(robot, *frame, shared.turn_sigma_rad());
+    const std::vector<PointPair> pairs = what_frames_follow_from(robot);
+    const std::optional<Pose2> frame = frame_by(pairs, robot);
+    if (frame) place(robot, *frame, pairs.size());
     return frame.has_value();
   }
 
@@ -218,34 +165,35 @@ class FramePlacement {
         robots_[robot].name, names_of_placed()));
   }
 
-  /// Landmarks alone where there are three: that many sightings of robots would outvote them.
-  SharedPlaces what_frames_follow_from(std::size_t robot) const {
-    constexpr std::size_t kEnough = 3;  // two give a frame, the third contradicts a wrong one
-    SharedPlaces shared = shared_landmarks(robot);
-    if (shared.pairs.size() < kEnough) shared.append(meetings(robot));
-    return shared;
+  /// Landmarks alone where there are enough: that many sightings of robots would outvote them.
+  std::vector<PointPair> what_frames_follow_from(std::size_t robot) const {
+    std::vector<PointPair> pairs = landmark_pairs(robot);
+    if (pairs.size() >= kContradicting) return pairs;
+    const std::vector<PointPair> more = robot_pairs(robot);
+    pairs.insert(pairs.end(), more.begin(), more.end());
+    return pairs;
   }
 
   /// Nothing: they lie in one place.
-  std::optional<Pose2> frame_by(const SharedPlaces& shared, std::size_t robot) const {
-    const std::optional<Pose2> frame = robust_rigid_motion(shared.pairs);
-    if (!frame || robot != turned_.robot) return frame;
-    const Vector2 middle = shared.middle();
-    return Pose2{middle.x(), middle.y(), turned_.by_rad} * Pose2{-middle.x(), -middle.y(), 0.0} * *frame;
+  std::optional<Pose2> frame_by(const std::vector<PointPair>& pairs, std::size_t robot) const {
+    const std::optional<Pose2> frame = robust_rigid_motion(pairs);
+    if (!frame || !turned_ || robot != turned_->robot) return frame;
+    const Vector2 middle = middle_of(pairs);
+    return Pose2{middle.x(), middle.y(), turned_->by_rad} * Pose2{-middle.x(), -middle.y(), 0.0} * *frame;
   }
 
   /// From the first sightings that link it with placed ones, until their places are far enough apart.
   std::optional<Pose2> frame_at_first(std::size_t robot) const {
-    SharedPlaces shared;
+    std::vector<PointPair> pairs;
     double sigma_m = 0.0, apart_m = 0.0;
     for (const RobotSighting& sighting : seen_) {
       if (!links_to_placed(sighting, robot)) continue;
-      add_meeting(sighting, robot, shared);
+      pairs.push_back(pair_of(sighting, robot));
       sigma_m = std::max(sigma_m, robots_[sighting.seer].sensor.range_sigma_m);
-      apart_m = std::max(apart_m, (shared.pairs.back().from - shared.pairs.front().from).norm());
+      apart_m = std::max(apart_m, (pairs.back().from - pairs.front().from).norm());
       if (apart_m > kApartInSigmas * sigma_m) break;
     }
-    return frame_by(shared, robot);
+    return frame_by(pairs, robot);
   }
 
   struct KnownPoses {
@@ -272,7 +220,7 @@ class FramePlacement {
   std::span<const RobotRecording> robots_;
   std::span<const RobotSighting> seen_;
   SmootherOptions options_;
-  Turned turned_;
+  std::optional<Turned> turned_;
   std::vector<Places> own_;                        ///< by robot, in its own frame
   Places map_;                                     ///< of those that are placed
   std::vector<std::optional<PlacedPath>> placed_;  ///< by robot; nothing: not yet
@@ -304,7 +252,7 @@ bool FramePlacement::is_placed_along_meetings(std::size_t robot) {
   if (!minimiser.linearise(problem, minimum.state)) return false;
   Trajectory path = track.trajectory(minimum.state, minimiser);
   const Pose2 start = start_of(recording, path);
-  add(robot, {start, std::move(path), std::numeric_limits<double>::infinity()});
+  add(robot, {start, std::move(path), linking.size()});
   return true;
 }
 
@@ -369,7 +317,7 @@ RobotLink link_of(const RobotSighting& sighting, std::span<const RobotRecording>
 
 std::vector<PlacedPath> placed_paths(std::span<const RobotRecording> robots,
                                      std::span<const RobotSighting> seen, const SmootherOptions& options,
-                                     const Turned& turned) {
+                                     const std::optional<Turned>& turned) {
   return FramePlacement(robots, seen, options, turned).run();
 }
 

@@ -12,9 +12,12 @@ namespace trundle::slam {
 struct PlacedPath {
   Pose2 start;
   Trajectory path;
-  /// 1 σ, at most, of how it is turned, by what it shares with those before it and by each one's own path.
-  double turn_sigma_rad = 0.0;
+  std::size_t shared = 0;  ///< places that tell how its frame lies in the others'
 };
+
+/// So many shared places contradict a wrong frame: two fit any for which they are as far apart in one frame
+/// as in the other.
+inline constexpr std::size_t kContradicting = 3;
 
 /// A robot that is laid elsewhere: turned about the middle of what it shares with those before it.
 struct Turned {
@@ -34,7 +37,8 @@ struct Turned {
 /// CannotAnswer where a robot shares nothing with the others.
 [[nodiscard]] std::vector<PlacedPath> placed_paths(std::span<const RobotRecording> robots,
                                                    std::span<const RobotSighting> seen,
-                                                   const SmootherOptions& options, const Turned& turned = {});
+                                                   const SmootherOptions& options,
+                                                   const std::optional<Turned>& turned = {});
 
 /// 1 σ of the start of a track of which nobody knows where it starts: beyond any place that robots meet in,
 /// and any turn.

@@ -22,9 +22,7 @@ namespace {
 
 // Beyond it a heading is not known: all headings alike have a σ of π/√3.
 constexpr double kUnknownHeading_rad = 1.0;
-// Turned by less than three such sigmas a robot is where it was, to first order: there is one minimum.
-constexpr double kSureTurn_rad = 0.1;
-// Of a robot that is less sure. A descent finds its way from an eighth of a turn and more.
+// Starts of a robot that could lie otherwise: a descent finds its way from an eighth of a turn and more.
 constexpr int kTurns = 8;
 // Of two minima one is wrong with more than one in a thousand where their costs, χ², differ by less.
 const double kAmbiguousCost = 2.0 * std::log(1e3);
@@ -110,7 +108,7 @@ struct RobotsMinimum {
   std::size_t turned = 0;  ///< the robot that was laid elsewhere
 };
 
-/// From where all are laid, and from where each that could be turned otherwise is turned; the lowest
+/// From where all are laid, and from where each that shares too little to contradict it is turned; the lowest
 /// first. Costs are right to `enough`: of equal ones that from where all are laid.
 std::vector<RobotsMinimum> minima_of(std::span<const RobotRecording> robots,
                                      std::span<const RobotSighting> seen, const RobotsProblem& all,
@@ -121,7 +119,7 @@ std::vector<RobotsMinimum> minima_of(std::span<const RobotRecording> robots,
   };
   std::vector<RobotsMinimum> minima = {{from(all.placed)}};
   for (std::size_t i = 0; i < robots.size(); ++i)
-    for (int k = 1; k < kTurns && !(all.placed[i].turn_sigma_rad < kSureTurn_rad); ++k)
+    for (int k = 1; k < kTurns && all.placed[i].shared < kContradicting; ++k)
       minima.push_back({from(placed_paths(robots, seen, options, {i, 2.0 * kPi * k / kTurns})), i});
   const auto lowest =
       std::ranges::min_element(minima, {}, [](const RobotsMinimum& one) { return one.minimum.cost; });
@@ -132,7 +130,7 @@ std::vector<RobotsMinimum> minima_of(std::span<const RobotRecording> robots,
 /// The sightings alone determine each robot's own poses and landmarks: what is left is how robots stand to
 /// one another.
 [[noreturn]] void throw_undetermined(std::span<const RobotRecording> robots, const RobotsProblem& all) {
-  const auto least_sure = std::ranges::max_element(all.placed, {}, &PlacedPath::turn_sigma_rad);
+  const auto least_sure = std::ranges::min_element(all.placed, {}, &PlacedPath::shared);
   throw CannotAnswer(fmt::format(
       "{}: what it shares with the other robots does not determine its pose among them: all of it lies in "
       "one place, or was seen from one",
