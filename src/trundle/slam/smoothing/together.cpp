@@ -120,7 +120,7 @@ std::vector<RobotsMinimum> minima_of(std::span<const RobotRecording> robots,
   std::vector<RobotsMinimum> minima = {{from(all.placed)}};
   for (std::size_t i = 0; i < robots.size(); ++i)
     for (int k = 1; k < kTurns && all.placed[i].shared < kContradicting; ++k)
-      minima.push_back({from(placed_paths(robots, seen, options, {i, 2.0 * kPi * k / kTurns})), i});
+      minima.push_back({from(placed_paths(robots, seen, options, Turned{i, 2.0 * kPi * k / kTurns})), i});
   const auto lowest =
       std::ranges::min_element(minima, {}, [](const RobotsMinimum& one) { return one.minimum.cost; });
   if (lowest->minimum.cost < minima.front().minimum.cost - options.enough) std::swap(minima.front(), *lowest);
