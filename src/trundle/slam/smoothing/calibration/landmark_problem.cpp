@@ -88,10 +88,9 @@ Eigen::MatrixXd columns_at(double time_s, const FreeColumns& free, std::size_t r
   Eigen::MatrixXd columns = common_columns(free);
   if (const auto place = free.own.place_of(recording))
     columns(free.row_of_gyro_bias(), free.columns.cols() + *place) = free.own.unit_rad_s;
-  if (recording < free.walks.size() && free.walks[recording].harmonics > 0)
-    columns.row(free.row_of_gyro_bias())
-        .segment(free.first_harmonic(recording), free.walks[recording].harmonics) =
-        free.walks[recording].at(time_s);
+  if (const BiasWalk walk = free.walk_of(recording); walk.harmonics > 0)
+    columns.row(free.row_of_gyro_bias()).segment(free.first_harmonic(recording), walk.harmonics) =
+        walk.at(time_s);
   return columns;
 }
 
@@ -102,9 +101,8 @@ Robot robot_in(const Robot& robot, const FreeColumns& free, std::size_t recordin
   return own;
 }
 
-TrackInput track_input(std::span<const AssociatedRecording> all, std::size_t recording, const Robot& robot,
+TrackInput track_input(const AssociatedRecording& one, std::size_t recording, const Robot& robot,
                        const FreeColumns& free, bool with_scatter) {
-  const AssociatedRecording& one = all[recording];
   const MotionParameters moving = of_motion(free.parameters);
   const SlamInput input =
       slam_input(one.recording, robot, {.parameters = moving.parameters, .with_scatter = with_scatter});
@@ -135,9 +133,8 @@ TrackInput track_input(std::span<const AssociatedRecording> all, std::size_t rec
 /// motion explains shows it.
 void add_redundancy(const AssociatedRecording& one, std::size_t recording, const Robot& robot,
                     const FreeColumns& free, Information& sum) {
-  // A harmonic changes by no more than an eighth of its period in each.
-  const Eigen::Index harmonics = recording < free.walks.size() ? free.walks[recording].harmonics : 0;
-  const auto blocks = std::max<Eigen::Index>(1, 4 * harmonics);
+  // No harmonic goes on by more than an eighth of its period in one.
+  const auto blocks = std::max<Eigen::Index>(1, 4 * free.walk_of(recording).harmonics);
   std::vector<Information> shown =
       chassis_likelihood(one.run, robot, free.parameters,
                          {.blocks = static_cast<int>(blocks), .gate = kParityGate, .with_noise = true});
@@ -203,7 +200,7 @@ JointProblem joint_problem(std::span<const AssociatedRecording> all, const Robot
   }
   for (std::size_t i = 0; i < all.size(); ++i) {
     LandmarkNumbers own;  // each recording has its own map
-    joint.tracks.emplace_back(track_input(all, i, robot_in(robot, free, i), free, with_scatter),
+    joint.tracks.emplace_back(track_input(all[i], i, robot_in(robot, free, i), free, with_scatter),
                               joint.problem, own);
   }
   return joint;

@@ -36,6 +36,9 @@ struct FreeColumns {
   std::vector<BiasWalk> walks = {};  ///< by recording; none: the bias does not walk, or is not sought
   double walk_information = 1.0;     ///< of the prior of each harmonic, as OwnBiases::information
 
+  [[nodiscard]] BiasWalk walk_of(std::size_t recording) const {
+    return recording < walks.size() ? walks[recording] : BiasWalk{};
+  }
   [[nodiscard]] Eigen::Index first_harmonic(std::size_t recording) const;
   /// How many are sought.
   [[nodiscard]] Eigen::Index count() const { return first_harmonic(walks.size()); }
