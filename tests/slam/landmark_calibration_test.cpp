@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "trundle/calibration/solve/observability.hpp"
+#include "trundle/calibration/solve/own_axes.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/odometry/integrate.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"

@@ -5,6 +5,7 @@
 
 #include "trundle/calibration/likelihood/likelihood.hpp"
 #include "trundle/calibration/problem/defaults.hpp"
+#include "trundle/calibration/solve/own_axes.hpp"
 #include "trundle/calibration/solve/solve.hpp"
 #include "trundle/calibration/solve/weights.hpp"
 #include "trundle/geometry/decompositions.hpp"
@@ -147,7 +148,7 @@ EstimableSpace space_at(const Likelihood& likelihood, const Robot& rough) {
   Eigen::MatrixXd information = total_information(likelihood, rough).matrix;
   if (!shows_ahead(problem))
     if (const auto turned = axes_turned(problem.parameters, problem.nominal))
-      information = without(*turned, prior_sigmas(problem.parameters, problem.nominal), information);
+      information = with_held(*turned, prior_sigmas(problem.parameters, problem.nominal), information);
   return estimable_space(information, problem.parameters, problem.nominal);
 }
 

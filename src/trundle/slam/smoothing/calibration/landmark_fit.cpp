@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "trundle/calibration/likelihood/information.hpp"
+#include "trundle/calibration/solve/own_axes.hpp"
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/geometry/squared.hpp"
 #include "trundle/io/error.hpp"
@@ -125,7 +126,7 @@ RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nomina
   const Eigen::MatrixXd K = calibration::share_known(shown + prior, of_noise);
   const Eigen::MatrixXd known = scale.cwiseInverse().asDiagonal() * K;
   Eigen::MatrixXd observed = known * shown * known.transpose();
-  observed = without(own_axes_moved(parameters, nominal), scale, observed);
+  observed = with_held(own_axes_moved(parameters, nominal), scale, observed);
   own.move(found.minimum.state.parameters.segment(scale.size(), own.count()));
   EstimableSpace space = estimable_space(observed, parameters, nominal);
   Eigen::MatrixXd held = held_covariance(observed, space, parameters, nominal);
