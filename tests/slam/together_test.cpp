@@ -369,9 +369,11 @@ test::Team team_with_two_glimpses(std::uint64_t seed) {
   return team;
 }
 
+// One in five draws has two such places: none of 30, once in a thousand.
 TEST(Together, IsNotSureOfOneOfTwoPlacesThatExplainWhatIsShared) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   int ambiguous = 0;
-  for (std::uint64_t seed = 10; seed < 20; ++seed) {
+  for (std::uint64_t seed = 10; seed < 40; ++seed) {
     const test::Team team = team_with_two_glimpses(seed);
     const std::string why = reason(team);
     if (why.empty()) {
