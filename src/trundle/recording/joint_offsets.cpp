@@ -18,13 +18,16 @@ const std::array kLines = {Vector2d(1.0, 0.0), Vector2d(0.0, 1.0), Vector2d(1.0,
 constexpr std::size_t kBoth = 2;
 
 /// Two clocks moved along a line through a place, in the windows that are left.
+TwoClocks along(const JointClocks& clocks, const Vector2d& place_s, const Vector2d& line) {
+  return {.fixed = clocks.fixed,
+          .duration_s = clocks.duration_s,
+          .used = clocks.used,
+          .moved = [&clocks, place_s, line](double offset_s, std::vector<bool>& used) {
+            return clocks.moved(place_s + offset_s * line, used);
+          }};
+}
 Comparer comparer_along(const JointClocks& clocks, const Vector2d& place_s, const Vector2d& line) {
-  return Comparer({.fixed = clocks.fixed,
-                   .duration_s = clocks.duration_s,
-                   .used = clocks.used,
-                   .moved = [&clocks, place_s, line](double offset_s, std::vector<bool>& used) {
-                     return clocks.moved(place_s + offset_s * line, used);
-                   }});
+  return Comparer(along(clocks, place_s, line));
 }
 
 /// The comparison at a place, and beside it on each line.
@@ -55,7 +58,7 @@ Around around(JointClocks& clocks, const Vector2d& place_s) {
       Comparer compare = comparer_along(clocks, place_s, kLines[i]);
       result.before[i] = compare.at(-result.step_s);
       result.after[i] = compare.at(result.step_s);
-      result.here = compare.at(0.0);
+      if (i == 0) result.here = compare.at(0.0);
       clocks.used = compare.windows();
     }
   } while (!result.is_of_same_windows());
@@ -127,15 +130,8 @@ bool is_clearly_better_than_given(const JointClocks& clocks, const Vector2d& off
 
 /// With the second one as it is given.
 std::optional<TimeOffset> first_alone(const JointClocks& clocks) {
-  const double second_s = clocks.search[1].given_s;
-  auto found = find_offset({.clocks = {.fixed = clocks.fixed,
-                                       .duration_s = clocks.duration_s,
-                                       .used = clocks.used,
-                                       .moved =
-                                           [&](double offset_s, std::vector<bool>& used) {
-                                             return clocks.moved({offset_s, second_s}, used);
-                                           }},
-                            .search = clocks.search[0]});
+  auto found = find_offset(
+      {.clocks = along(clocks, {0.0, clocks.search[1].given_s}, kLines[0]), .search = clocks.search[0]});
   if (found) found->offset_s -= clocks.search[0].given_s;
   return found;
 }

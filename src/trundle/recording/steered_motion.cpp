@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Geometry>
+
 #include "trundle/chassis/rows.hpp"
 #include "trundle/geometry/squared.hpp"
+#include "trundle/recording/alignment/replay.hpp"
 #include "trundle/recording/csv/detail/table.hpp"
 
 namespace trundle::recording {
@@ -25,20 +28,14 @@ bool does_not_skid(const Wheel& wheel) {
   return wheel.kind == WheelKind::fixed;
 }
 
-const WheelSeries* steering_column(const Recording& recording, const Robot& robot, std::size_t wheel) {
-  const auto& steering = recording.wheels.steering;
-  const auto found = std::ranges::find(steering, wheel_name(robot, wheel), &WheelSeries::wheel);
-  return found == steering.end() ? nullptr : &*found;
-}
-
 SteeringAngles angles_of(const Recording& recording, const Robot& robot) {
   SteeringAngles angles(robot);
   WheelUnits units{};
   std::array<const WheelSeries*, kMaxWheels> columns{};
   for (std::size_t i = 0; i < robot.chassis.all_wheels().size(); ++i) {
     if (!robot.chassis.all_wheels()[i].steering) continue;
-    columns[i] = steering_column(recording, robot, i);
-    if (columns[i] != nullptr) units[i] = columns[i]->unit;
+    columns[i] = &steering_of(recording, wheel_name(robot, i));
+    units[i] = columns[i]->unit;
   }
   angles.set_units(units);
   const std::vector<double>& time_s = recording.wheels.time_s;
@@ -54,12 +51,11 @@ SteeringAngles angles_of(const Recording& recording, const Robot& robot) {
 double usual_steering_step_s(const Recording& recording, const Robot& robot) {
   double slowest_s = 0.0;
   for (std::size_t i = 0; i < robot.chassis.all_wheels().size(); ++i) {
-    const WheelSeries* const column =
-        robot.chassis.all_wheels()[i].steering ? steering_column(recording, robot, i) : nullptr;
-    if (column == nullptr) continue;
+    if (!robot.chassis.all_wheels()[i].steering) continue;
+    const std::vector<double>& angles = steering_of(recording, wheel_name(robot, i)).value;
     std::vector<double> read_s;
-    for (std::size_t row = 0; row < column->value.size(); ++row)
-      if (!std::isnan(column->value[row])) read_s.push_back(recording.wheels.time_s[row]);
+    for (std::size_t row = 0; row < angles.size(); ++row)
+      if (!std::isnan(angles[row])) read_s.push_back(recording.wheels.time_s[row]);
     if (read_s.size() >= 2) slowest_s = std::max(slowest_s, median_step(read_s));
   }
   return slowest_s;

@@ -28,6 +28,8 @@ const WheelSeries& series_of(const Recording& recording, const std::string& whee
                                     nearest, nearest));
 }
 
+}  // namespace
+
 const WheelSeries& steering_of(const Recording& recording, const std::string& wheel) {
   const auto& steering = recording.wheels.steering;
   const auto found = std::ranges::find(steering, wheel, &WheelSeries::wheel);
@@ -37,8 +39,6 @@ const WheelSeries& steering_of(const Recording& recording, const std::string& wh
                    fmt::format("has no column of the steering of '{}'", wheel),
                    fmt::format("{0}_steering_rad or {0}_steering_ticks", wheel));
 }
-
-}  // namespace
 
 WheelReadings Replay::MotionStream::at(std::size_t row) const {
   WheelReadings readings{.time_s = (*time_s)[row]};

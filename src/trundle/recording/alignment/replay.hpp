@@ -8,6 +8,9 @@
 
 namespace trundle::recording {
 
+/// The column of a wheel's steering. Throws InputError where the recording has none.
+[[nodiscard]] const WheelSeries& steering_of(const Recording& recording, const std::string& wheel);
+
 /// A recording through an Aligner, reading by reading as the stamps order them, interval by interval: for
 /// those who need each interval once. The recording must outlive it.
 class Replay {

@@ -65,11 +65,15 @@ void require_same_sightings(const SmoothingProblem& problem, const SmoothingStat
       "sensor.depth_share as it is");
 }
 
+bool seeks_gyro_bias(const Robot& nominal, std::span<const Parameter> parameters) {
+  return nominal.chassis.gyro && contains(parameters, ParameterKind::gyro_bias);
+}
+
 /// Where more than one recording shows the gyro's bias, and it is sought.
 OwnBiases own_biases(std::span<const AssociatedRecording> all, const Robot& nominal,
                      std::span<const Parameter> parameters) {
   OwnBiases own{.unit_rad_s = initial_bias_sigma(nominal)};
-  if (!nominal.chassis.gyro || std::ranges::find(parameters, kGyroBias) == parameters.end()) return own;
+  if (!seeks_gyro_bias(nominal, parameters)) return own;
   for (const AssociatedRecording& one : all)
     own.rad_s.push_back(one.run.shows_gyro_bias() ? std::optional(0.0) : std::nullopt);
   if (own.count() < 2) own.rad_s.clear();
@@ -79,7 +83,7 @@ OwnBiases own_biases(std::span<const AssociatedRecording> all, const Robot& nomi
 /// Where the gyro's bias is sought.
 std::vector<BiasWalk> bias_walks(std::span<const AssociatedRecording> all, const Robot& nominal,
                                  std::span<const Parameter> parameters) {
-  if (!nominal.chassis.gyro || std::ranges::find(parameters, kGyroBias) == parameters.end()) return {};
+  if (!seeks_gyro_bias(nominal, parameters)) return {};
   std::vector<BiasWalk> walks;
   for (const AssociatedRecording& one : all)
     walks.push_back(
