@@ -21,9 +21,11 @@ constexpr double kLongestNoise_m = 0.01;
 /// A counter at an edge toggles by one tick.
 constexpr double kTicks = 2.0;
 
-/// [m]; of a turn in radians likewise.
+/// [m]; of a turn in radians likewise. The next power of two: who looks for the noise by what variances it
+/// makes would else see them leap, where a little more of it makes a stretch too short to be sure.
 double noise_length(double per_sqrt_m) {
-  return std::min(kNoiseLengths * squared(per_sqrt_m), kLongestNoise_m);
+  if (!(per_sqrt_m > 0.0)) return 0.0;
+  return std::min(std::exp2(std::ceil(std::log2(kNoiseLengths * squared(per_sqrt_m)))), kLongestNoise_m);
 }
 
 }  // namespace
