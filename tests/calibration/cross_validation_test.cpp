@@ -9,6 +9,7 @@
 
 #include "calibration/simulated_runs.hpp"
 #include "calibration/steered_drives.hpp"
+#include "scale.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -139,6 +140,7 @@ TEST(CrossValidation, WhatStaysAsGivenIsAsWrongAsTheRunsSayAndAsItMayBe) {
 
 /// A car with a gyro, as its file has it but for the zero of its steering.
 TEST(CrossValidation, WhatTheRunsAreSureOfIsNotGivenUpForWhatMayBeChance) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
   const Parameter zero{ParameterKind::steering_zero, 2};
   Robot nominal = steered_robot("car");
   nominal.chassis.gyro = Gyro{.noise_rad_s_sqrt_hz = 3e-4, .bias_walk_rad_s_sqrt_s = 0.0};

@@ -18,19 +18,24 @@ PROGRAMS = sorted(glob.glob("/usr/lib/postgresql/*/bin/postgres"))
 
 
 class Postgres:
-    """Listens on a socket in its folder alone, and outlives this process no more than its folder does. fsync is off: what is tested is the death of processes, not of the machine."""
+    """Listens on a socket in its folder alone, and outlives this process no more than its folder does. fsync is off: what is tested is the death of processes, not of the machine.
+    A database that is to be kept has a place of its own, and is used again if there is one."""
 
-    def __init__(self) -> None:
+    def __init__(self, kept: Path | None = None) -> None:
         self.folder = Path(tempfile.mkdtemp(prefix="fleet_pg_"))
+        self._data = kept or self.folder / "data"
         self._guard = Guard(self.folder)
         self._programs = Path(PROGRAMS[-1]).parent
-        self._as: dict[str, Any] = {}
+        self._as: dict[str, Any] = {"env": {**os.environ, "FLEET_SERVER": f"{self.folder}/"}}  # what the guard knows it by
+        self._data.mkdir(exist_ok=True)
         if os.geteuid() == 0:  # which the server refuses
             nobody = pwd.getpwnam("nobody")
-            os.chown(self.folder, nobody.pw_uid, nobody.pw_gid)
-            self._as = {"user": nobody.pw_uid, "group": nobody.pw_gid, "extra_groups": []}
+            for folder in (self.folder, self._data):
+                os.chown(folder, nobody.pw_uid, nobody.pw_gid)
+            self._as |= {"user": nobody.pw_uid, "group": nobody.pw_gid, "extra_groups": []}
         self._process: Any = None
-        self._call("initdb", "-D", str(self.folder / "data"), "-U", "fleet", "-A", "trust", "--no-sync", "-E", "UTF8", "--locale=C")
+        if not (self._data / "PG_VERSION").exists():
+            self._call("initdb", "-D", str(self._data), "-U", "fleet", "-A", "trust", "--no-sync", "-E", "UTF8", "--locale=C")
         self.url = f"postgresql://fleet@/postgres?host={self.folder}"
 
     def _call(self, program: str, *arguments: str) -> None:
@@ -43,7 +48,7 @@ class Postgres:
         return subprocess.run(ready, cwd="/", check=False).returncode == 0
 
     def start(self) -> None:
-        command = [str(self._programs / "postgres"), "-D", str(self.folder / "data"), "-k", str(self.folder), "-c", "listen_addresses=",
+        command = [str(self._programs / "postgres"), "-D", str(self._data), "-k", str(self.folder), "-c", "listen_addresses=",
                    "-c", "fsync=off", "-c", "shared_buffers=16MB"]
         end = time.monotonic() + 60.0
         while time.monotonic() < end:
