@@ -1,10 +1,12 @@
 // The gyro's bias, a parameter of each recording, where a robot is calibrated by what it sees. The drives
 // share no code with the library: calibration/gyro_bias_oracle.hpp.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 #include <gtest/gtest.h>
 
+#include "trundle/io/error.hpp"
 #include "trundle/slam/smoothing/calibration/bias_walk.hpp"
 #include "trundle/slam/smoothing/calibration/own_biases.hpp"
 #include "trundle/slam/smoothing/landmark_calibration.hpp"
@@ -99,6 +101,15 @@ TEST(LandmarkGyroBias, WalksWithinARecording) {
   EXPECT_LT(sum.nees, chi_squared_limit(kChance, sum.nees_expected));
   EXPECT_GT(sum.nees, chi_squared_limit(1.0 - kChance, sum.nees_expected));
   EXPECT_LT(sum.bias_squares, chi_squared_limit(kChance, sum.biases));
+}
+
+// Of a wheel whose column is empty no motion is known, and of no motion no walk.
+TEST(BiasWalk, OfARecordingWithoutAMotionIsNone) {
+  const Machine machine = with_landmark_sensor(differential_machine());
+  const Conditions conditions{.runs = 1, .landmarks = true};
+  Driven runs = driven(machine, conditions, 1);
+  std::ranges::fill(runs.recordings[0].wheels.series[0].value, recording::kNotMeasured);
+  EXPECT_THROW(calibrated(machine, runs), CannotAnswer);
 }
 
 /// A Wiener process less its mean over 0 ≤ t ≤ T has the variance T (1/3 − u + u²) at u = t/T.

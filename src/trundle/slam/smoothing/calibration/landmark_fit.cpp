@@ -86,8 +86,7 @@ std::vector<BiasWalk> bias_walks(std::span<const AssociatedRecording> all, const
   if (!seeks_gyro_bias(nominal, parameters)) return {};
   std::vector<BiasWalk> walks;
   for (const AssociatedRecording& one : all)
-    walks.push_back(
-        bias_walk_of(*nominal.chassis.gyro, one.path.poses.front().time_s, one.path.poses.back().time_s));
+    walks.push_back(bias_walk_of(*nominal.chassis.gyro, one.start_s(), one.end_s()));
   return walks;
 }
 

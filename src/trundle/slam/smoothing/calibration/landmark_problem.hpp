@@ -19,9 +19,11 @@ struct AssociatedRecording {
   Run run;                        ///< its readings
   bool has_unidentified = false;  ///< some sightings bear no name
   std::vector<LandmarkId> shown;  ///< by each sighting (SlamInput::sighting_numbers)
-  Trajectory path;                ///< along which they were associated
+  Trajectory path;                ///< along which they were associated; none where nothing was seen
 
-  double duration_s() const { return path.poses.back().time_s - path.poses.front().time_s; }
+  double start_s() const { return path.poses.empty() ? 0.0 : path.poses.front().time_s; }
+  double end_s() const { return path.poses.empty() ? 0.0 : path.poses.back().time_s; }
+  double duration_s() const { return end_s() - start_s(); }
 };
 
 /// Parameters are sought as those of a robot + columns · q, q about 0 with `information`; with them the
