@@ -792,7 +792,10 @@ def steering_errors(case, robot):
         for change in case.changes.get(recorded, []):
             reading = change(reading)
         reading *= radians_of(mine, column) * (math.radians(1) if isinstance(source, dict) else 1.0)
-        steered_by = mine.get("steering_scale", 1.0) * (reading - math.radians(mine.get("steering_zero_deg", 0.0)))
+        scale, beside_zero = mine.get("steering_scale", 1.0), reading - math.radians(mine.get("steering_zero_deg", 0.0))
+        if abs(abs(scale) - 1.0) < 0.1:  # on the steering's own axis 350° are -10°: docs/robot.md
+            beside_zero = math.remainder(beside_zero, 2 * math.pi)
+        steered_by = scale * beside_zero
         turned.append(side * (direction + (steered_by if mine.get("steered") else 0.0)) - angle)
     axle = max(abs(cmath.phase(cmath.rect(1, 2 * angle))) / 2 for angle in turned)
     errors = [(1.0 if source in wheel_columns(case) else axle, "steering"),

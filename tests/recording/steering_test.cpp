@@ -117,6 +117,42 @@ TEST(Steering, turns_the_short_way_through_half_a_turn) {
   EXPECT_NEAR(std::cos(angles[0]), -1.0, 1e-12);
 }
 
+TEST(Steering, from_0_to_a_turn_is_that_to_both_sides) {
+  const std::vector<double> angles = {-0.3, -0.1, 0.1, 0.3, -0.2};
+  std::vector<double> from_0 = angles;
+  for (double& angle : from_0)
+    if (angle < 0.0) angle += 2.0 * kPi;
+  const auto both_sides = angles_of(align(driven(angles), tricycle_robot()));
+  EXPECT_THAT(angles_of(align(driven(from_0), tricycle_robot())),
+              testing::ElementsAreArray(near(both_sides)));
+  std::vector<double> ticks;
+  for (const double angle : from_0) ticks.push_back(angle / (2.0 * kPi) * 4096.0);
+  EXPECT_THAT(
+      angles_of(align(driven(ticks, WheelUnit::ticks), tricycle_robot({.ticks_per_revolution = 4096.0}))),
+      testing::ElementsAreArray(near(both_sides)));
+  // Of one that reads clockwise, and stands at its direction where it reads 350°.
+  const SteeringSensor steering{.zero_rad = radians(350.0), .scale = -1.0};
+  EXPECT_THAT(angles_of(align(driven({radians(340.0), radians(10.0)}), tricycle_robot(steering))),
+              testing::ElementsAreArray(near({radians(355.0)})));
+}
+
+TEST(Steering, goes_on_beyond_a_turn) {
+  std::vector<double> angles, wrapped;
+  for (int i = 0; i < 12; ++i) {
+    angles.push_back(0.9 * i);
+    wrapped.push_back(wrap_angle(0.9 * i));
+  }
+  const auto on_and_on = angles_of(align(driven(angles), tricycle_robot()));
+  EXPECT_NEAR(on_and_on.back(), 0.9 * 10.5, 1e-12);
+  EXPECT_THAT(angles_of(align(driven(wrapped), tricycle_robot())),
+              testing::ElementsAreArray(near(on_and_on)));
+}
+
+TEST(Steering, of_a_geared_column_is_taken_as_it_is_read) {
+  EXPECT_THAT(angles_of(align(driven({4.0, 4.2, 4.0}), tricycle_robot({.scale = 1.0 / 15.0}))),
+              testing::ElementsAreArray(near({4.1, 4.1})));
+}
+
 TEST(Steering, fills_empty_cells_between_its_neighbours) {
   EXPECT_THAT(angles_of(align(driven({0.0, kNotMeasured, 0.2}), tricycle_robot())),
               testing::ElementsAreArray(near({0.05, 0.15})));

@@ -12,6 +12,17 @@ namespace {
 
 // Stamps that differ by less are one: a clock's offset may put a reading on the middle of an interval.
 constexpr double kSameTime_s = 1e-9;
+// Of the scale of a sensor on the steering's own axis; one that is geared is another matter by far.
+constexpr double kDirect = 0.1;
+
+bool is_direct(const SteeringSensor& steering) {
+  return std::abs(std::abs(steering.scale) - 1.0) < kDirect;
+}
+
+/// The same direction, by less than half a turn from `near`.
+double turned_near(double rad, double near) {
+  return rad + 2.0 * kPi * std::round((near - rad) / (2.0 * kPi));
+}
 
 }  // namespace
 
@@ -38,9 +49,15 @@ void SteeringAngles::set_units(const WheelUnits& units) {
 }
 
 void SteeringAngles::add(double time_s, const std::array<double, kMaxWheels>& readings) {
-  for (std::size_t i = 0; i < wheels_.size(); ++i)
-    if (wheels_[i].steering && !std::isnan(readings[i]))
-      samples_[i].push_back({time_s + wheels_[i].steering->time_offset_s, readings[i] * rad_per_unit_[i]});
+  for (std::size_t i = 0; i < wheels_.size(); ++i) {
+    const std::optional<SteeringSensor>& steering = wheels_[i].steering;
+    if (!steering || std::isnan(readings[i])) continue;
+    std::vector<Sample>& samples = samples_[i];
+    double rad = readings[i] * rad_per_unit_[i];
+    if (is_direct(*steering))
+      rad = turned_near(rad, samples.empty() ? steering->zero_rad : samples.back().rad);
+    samples.push_back({time_s + steering->time_offset_s, rad});
+  }
 }
 
 bool SteeringAngles::is_awaited(double time_s, double newest_s, double longest_step_s) const {

@@ -10,7 +10,9 @@
 namespace trundle::recording {
 
 /// What the steerings of a robot's wheels read at any time: straight lines between their readings, each on
-/// its own clock. Of a wheel that turns through ±π the short way is taken.
+/// its own clock. Of a wheel that turns through ±π the short way is taken. A sensor on the steering's own
+/// axis (its scale is 1 or nearly) may count from 0 to a turn, or through it: each reading is taken by less
+/// than half a turn from the one before, the first from its zero.
 class SteeringAngles {
  public:
   explicit SteeringAngles(const Robot& robot);
