@@ -593,6 +593,7 @@ robot_mistake("two wheels' names exchanged", "swapped|upside down", lambda case:
     case.wheel(0).update(name="?"), case.wheel(0).update(name=case.wheel(1)["name"]),
     case.wheel(1).update(name=wheel_columns(case)[0].removesuffix("_ticks"))), on=TWO_ENCODERS)
 # Steering.
+STEERING_SIZE = r"steering_scale|steering_ticks_per_revolution|a steering"
 STEERING = r"steering of '|_steering_|steering_scale|steering_ticks|a steering"
 robot_mistake("wheelbase in mm", PLACE, steered_times("x_m", 1000), on=STEERED)
 robot_mistake("wheelbase in cm", PLACE, steered_times("x_m", 100), on=STEERED)
@@ -609,12 +610,12 @@ robot_mistake("steering_zero_deg off by 5°", STEERING, steered_keys(steering_ze
 robot_mistake("steering_zero_deg off by 90°", STEERING, steered_keys(steering_zero_deg=90.0), on=STEERED)
 robot_mistake("steering_zero_deg in radians of 5°", STEERING, lambda case: (
     steered_keys(steering_zero_deg=math.radians(5.0))(case), steering_reads(lambda reading: reading + math.radians(5.0))(case)), on=("tricycle",))
-robot_mistake("steering_scale the wrong way round (2 for 1/2)", STEERING, lambda case: (
+robot_mistake("steering_scale the wrong way round (2 for 1/2)", STEERING_SIZE, lambda case: (
     steered_keys(steering_scale=2.0)(case), steering_reads(lambda reading: 2 * reading)(case)), on=("car",))
 robot_mistake("steering_sigma_deg in radians", STEERING, steered_keys(steering_sigma_deg=0.0087), on=STEERED)
 robot_mistake("steering_time_offset_s in ms", STEERING, steered_keys(steering_time_offset_s=20.0), on=("tricycle",))
 robot_mistake("steering_ticks_per_revolution forgotten", STEERING, lambda case: steered(case).pop("steering_ticks_per_revolution"), on=("car",))
-robot_mistake("steering_ticks_per_revolution of lines, not edges (x 1/4)", STEERING, steered_times("steering_ticks_per_revolution", 0.25), on=("car",))
+robot_mistake("steering_ticks_per_revolution of lines, not edges (x 1/4)", STEERING_SIZE, steered_times("steering_ticks_per_revolution", 0.25), on=("car",))
 robot_mistake("steering_ticks_per_revolution of the motor (x 30)", STEERING, steered_times("steering_ticks_per_revolution", 30), on=("car",))
 # The gyro and the place of the reference.
 robot_mistake("gyro upside down", "upside down|scale = -1", lambda case: case.change("gyro", "yaw_rate_rad_s", lambda w: -w))

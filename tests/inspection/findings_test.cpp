@@ -151,6 +151,22 @@ TEST(Findings, wheels_in_one_place_are_named) {
   EXPECT_THAT(find_in(recording, &robot).problems, is_named);
 }
 
+TEST(Findings, fixed_wheels_whose_axles_cross_are_named) {
+  const auto is_named = Contains(finding(FindingCode::geometry, "roll in directions"));
+  Robot robot;
+  robot.name = "omni";
+  robot.wheel_names = {"a", "b", "c"};
+  robot.chassis = omni3({0.06, 1000.0, 0}, 0.2);
+  const Recording none;
+  EXPECT_THAT(find_in(none, &robot).problems, Not(is_named));
+  for (Wheel& wheel : robot.chassis.wheels()) wheel.kind = WheelKind::fixed;
+  EXPECT_THAT(find_in(none, &robot).problems, is_named);
+  // A differential drive's wheels, one of which is turned round, a little out of line.
+  robot = robot_with_gyro(0.0);
+  robot.chassis.wheels()[1].direction_rad = radians(172.0);
+  EXPECT_THAT(find_in(none, &robot).problems, Not(is_named));
+}
+
 TEST(Findings, what_no_sensor_on_board_can_see_is_said) {
   const Robot robot = robot_with_gyro(0.0);
   const Findings findings = find_in(tour(robot), &robot);

@@ -6,14 +6,13 @@
 #include <span>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "trundle/calibration/preparation/channel_assignment.hpp"
 #include "trundle/calibration/preparation/reversed_wheel.hpp"
 #include "trundle/chassis/rows.hpp"
 #include "trundle/inspection/clocks.hpp"
 #include "trundle/inspection/counts_read_otherwise.hpp"
 #include "trundle/inspection/detail/reference_checks.hpp"
+#include "trundle/inspection/geometry_checks.hpp"
 #include "trundle/inspection/partial_reference_checks.hpp"
 #include "trundle/inspection/sighting_checks.hpp"
 #include "trundle/inspection/steering_unit.hpp"
@@ -173,18 +172,6 @@ void find_one_column_for_two(const Recording& recording, const Overview& overvie
     }
 }
 
-/// Two wheels in one place that read the same show nothing that one does not.
-void find_wheels_in_one_place(const Robot& robot, std::vector<Finding>& problems) {
-  const auto wheels = robot.chassis.wheels();
-  for (std::size_t i = 0; i < wheels.size(); ++i)
-    for (std::size_t j = i + 1; j < wheels.size(); ++j)
-      if (wheels[i].x_m == wheels[j].x_m && wheels[i].y_m == wheels[j].y_m &&
-          rolling_row(wheels[i]) == rolling_row(wheels[j]))
-        problems.push_back({.code = FindingCode::geometry,
-                            .place = fmt::format("robot '{}'", robot.name),
-                            .subjects = {robot.wheel_names[i], robot.wheel_names[j]}});
-}
-
 /// The track that the ground gives, where wheels must scrub in turns.
 void find_tracks(const Recording& recording, const Robot& robot, Findings& findings) {
   if (!has_skid_wheels(robot.chassis) || !EffectiveTrack::applies_to(robot.chassis) ||
@@ -313,7 +300,7 @@ void compare_wires(const Recording& recording, const Run* run, const Robot& robo
 
 void compare(const Recording& recording, const Robot& robot, Findings& findings) {
   findings.abilities = abilities_of(robot, robot.chassis.gyro && !recording.gyro.time_s.empty());
-  find_wheels_in_one_place(robot, findings.problems);
+  append(findings.problems, wrong_geometry(robot));
   find_stray_wheels(recording, robot, findings.problems);
   find_unused_steering(recording, robot, findings.problems);
   find_unscaled_wheels(recording, robot, findings.problems);
