@@ -249,7 +249,8 @@ inline constexpr Sentence kSentences[] = {
      "{question}check ticks_per_revolution, gears and diameters"},
     {geometry, alone, "wheels '{subject}' and '{other}' stand in one place: write x_m and y_m of both"},
     {geometry, with<Amount>,
-     "wheels '{subject}' and '{other}' are fixed and roll in directions {value:.0f}° apart: however the robot "
+     "wheels '{subject}' and '{other}' are fixed and roll in directions {value:.0f}° apart: however the "
+     "robot "
      "drives, one of them skids; is kind = \"omni\" meant?"},
     {geometry, with<Range>,
      "landmarks stay where they are if the landmark sensor stands at x_m = {low:.1f}, y_m = {high:.1f}: "
