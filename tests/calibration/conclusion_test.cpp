@@ -5,8 +5,6 @@
 
 #include "trundle/io/error.hpp"
 
-#include "calibration/simulated_runs.hpp"
-
 namespace trundle::calibration {
 namespace {
 
@@ -49,32 +47,6 @@ TEST(Conclusion, ASearchThatMovesByMoreThanItsSigmasHasFoundNothing) {
   EXPECT_THROW((void)result_of(estimate, {}, {&kDirection, 1}, nominal), CannotAnswer);
   estimate.descent.last_step = 0.5;
   EXPECT_THAT(result_of(estimate, {}, {&kDirection, 1}, nominal).warnings, testing::SizeIs(1));
-}
-
-// An estimate of the track of a robot whose robot file is right.
-TEST(Conclusion, ARobotThatIsWorseOnTheRunsItWasLearnedFromIsNone) {
-  const Robot nominal = test::nominal_differential();
-  constexpr Parameter kTrack{ParameterKind::track, -1};
-  Robot other = nominal;
-  set_value(kTrack, 1.05 * value_of(kTrack, nominal), other);
-  const std::vector<Path> paths = test::differential_paths();
-  const auto training = test::prepared(nominal, nominal, paths, 1);
-  const auto of_the_other = test::prepared(nominal, other, paths, 1);
-  Estimate estimate = estimate_of(0.0, nominal);
-  estimate.robot = other;
-  estimate.runs.resize(training.size());
-  const CalibrationResult begun = result_of(estimate, {}, {&kTrack, 1}, nominal);
-  CalibrationResult result = begun;
-  EXPECT_THROW(conclude({training, {}}, estimate, {}, result), CannotAnswer);
-  result = begun;
-  EXPECT_THROW(conclude({training, training}, estimate, {}, result), CannotAnswer);
-  // Where runs that were held out speak for it, it is doubted.
-  result = begun;
-  conclude({training, of_the_other}, estimate, {}, result);
-  EXPECT_THAT(result.warnings, testing::Contains(testing::HasSubstr("do not use it")));
-  result = begun;
-  conclude({of_the_other, {}}, estimate, {}, result);
-  EXPECT_THAT(result.warnings, testing::Not(testing::Contains(testing::HasSubstr("do not use it"))));
 }
 
 }  // namespace

@@ -131,43 +131,26 @@ void add_runs(std::span<const Run> training, std::span<const Run> hold_out, cons
                                      {.hold_out = true}));
 }
 
-/// Of the same runs, rms and worst. More than chance makes: an rms of 50 epochs is known to 10 %.
-bool is_worse(const std::vector<ErrorBeforeAfter>& errors) {
-  constexpr double kWorse = 1.1;
-  return !errors.empty() && errors.front().after > kWorse * errors.front().before;
-}
-
-std::string before_and_after(const ErrorBeforeAfter& error) {
-  return fmt::format("{}: {:.3g} {} with the calibrated robot, {:.3g} {} with the one given", error.what,
-                     error.after, error.unit, error.before, error.unit);
-}
-
-/// References that are worse than the robot's own odometry spoil what is learned from them; what is no better
-/// even on the runs that it was learned from explains nothing.
-void require_some_use(const std::vector<ErrorBeforeAfter>& training,
-                      const std::vector<ErrorBeforeAfter>& hold_out, CalibrationResult& result) {
-  if (is_worse(training) && (hold_out.empty() || is_worse(hold_out)))
-    throw CannotAnswer(
-        fmt::format("{}: these runs do not fit the robot file, whatever its parameters are; check units, "
-                    "clocks and columns",
-                    before_and_after(training.front())));
-  for (const auto& errors : {training, hold_out})
-    if (is_worse(errors))
-      result.warnings.push_back(
-          before_and_after(errors.front()) +
-          "; do not use it before you know why (references too coarse? runs of another floor?)");
+/// References that are worse than the robot's own odometry spoil what is learned from them.
+void warn_if_worse(const ErrorBeforeAfter& error, CalibrationResult& result) {
+  constexpr double kWorse = 1.1;  // as large may be chance: an rms of 50 epochs is known to 10 %
+  if (error.after > kWorse * error.before)
+    result.warnings.push_back(
+        fmt::format("{}: {:.3g} {} with the calibrated robot, {:.3g} {} with the one given; do not use it "
+                    "before you know why (references too coarse? runs of another floor?)",
+                    error.what, error.after, error.unit, error.before, error.unit));
 }
 
 void add_errors(CalibrationResult& result) {
   auto& errors = result.calibrated.calibration->errors;
-  const std::vector<ErrorBeforeAfter> training = errors_of(result.runs, false),
-                                      hold_out = errors_of(result.runs, true);
-  require_some_use(training, hold_out, result);
-  errors.insert(errors.end(), training.begin(), training.end());
-  errors.insert(errors.end(), hold_out.begin(), hold_out.end());
-  if (hold_out.empty() && std::ranges::any_of(result.runs, &RunResult::hold_out))
-    result.notes.emplace_back(
-        "no error of the runs that were held out: it takes a reference with x, y and heading");
+  for (const bool hold_out : {false, true}) {
+    const std::vector<ErrorBeforeAfter> of_set = errors_of(result.runs, hold_out);  // rms, worst
+    if (!of_set.empty()) warn_if_worse(of_set.front(), result);
+    errors.insert(errors.end(), of_set.begin(), of_set.end());
+    if (hold_out && of_set.empty() && std::ranges::any_of(result.runs, &RunResult::hold_out))
+      result.notes.emplace_back(
+          "no error of the runs that were held out: it takes a reference with x, y and heading");
+  }
   if (const auto e_max = maximum_error_of(result.runs)) {
     result.e_max_before_m = e_max->before_m;
     result.e_max_after_m = e_max->after_m;
