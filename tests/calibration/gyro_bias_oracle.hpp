@@ -95,6 +95,11 @@ inline Machine differential_machine() {
   return machine;
 }
 
+inline Machine with_bias_walk(double walk, Machine machine) {
+  for (Robot* robot : {&machine.nominal, &machine.truth}) robot->chassis.gyro->bias_walk_rad_s_sqrt_s = walk;
+  return machine;
+}
+
 /// It sees landmarks too.
 inline Machine with_landmark_sensor(Machine machine) {
   for (Robot* robot : {&machine.nominal, &machine.truth})

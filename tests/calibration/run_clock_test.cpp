@@ -45,7 +45,7 @@ Information sum_of(const std::vector<Information>& blocks) {
 }
 
 OwnParameter a_clock(double moved_s) {
-  return {{ParameterKind::time_offset, -1}, kClockPrior_s, moved_s};
+  return {Parameter{ParameterKind::time_offset, -1}, kClockPrior_s, moved_s};
 }
 
 TEST(RunClock, EliminatedItIsTheMinimumOverIt) {

@@ -7,6 +7,7 @@
 
 #include "trundle/calibration/calibrate.hpp"
 #include "trundle/calibration/likelihood/run_parameters.hpp"
+#include "trundle/calibration/problem/bias_walk.hpp"
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/slip/find_slip.hpp"
 #include "trundle/statistics/distribution.hpp"
@@ -35,7 +36,7 @@ TEST(RunParameters, EliminatedTogetherTheyAreTheMinimumOverThem) {
     all.add(J, Eigen::MatrixXd::Identity(6, 6), nu);
   }
   const std::vector<OwnParameter> own = {{kGyroBias, 0.3, 0.2},
-                                         {{ParameterKind::time_offset, -1}, 0.7, -0.1}};
+                                         {Parameter{ParameterKind::time_offset, -1}, 0.7, -0.1}};
   Information rest = Information::zero(3);
   for (const Information& part : without_own({all}, own)) rest.add(part);
   // With the priors' two residuals, minimised by the normal equations of all five.
@@ -52,6 +53,26 @@ TEST(RunParameters, EliminatedTogetherTheyAreTheMinimumOverThem) {
   EXPECT_NEAR(rest.chi2 - rest.gradient.dot(solve_ldlt(rest.matrix, rest.gradient)),
               full.chi2 - full.gradient.dot(covariance * full.gradient), 1e-9);
   EXPECT_EQ(rest.count, full.count);
+}
+
+/// A Wiener process less its mean over 0 ≤ t ≤ T has the variance T (1/3 − u + u²) at u = t/T.
+TEST(BiasWalk, SpreadsAsAWienerProcessAboutItsMean) {
+  const BiasWalk walk =
+      bias_walk_of({.noise_rad_s_sqrt_hz = 1e-9, .bias_walk_rad_s_sqrt_s = 2e-5}, 100.0, 400.0);
+  for (const double u : {0.0, 0.3, 0.5, 1.0})
+    EXPECT_NEAR(walk.at(100.0 + 300.0 * u).squaredNorm(), 2e-5 * 2e-5 * 300.0 * (1.0 / 3.0 - u + u * u),
+                0.03 * 2e-5 * 2e-5 * 300.0);
+}
+
+TEST(BiasWalk, HasTheHarmonicsThatRiseAboveTheNoise) {
+  const auto harmonics = [](double noise, double walk, double duration_s) {
+    return bias_walk_of({.noise_rad_s_sqrt_hz = noise, .bias_walk_rad_s_sqrt_s = walk}, 0.0, duration_s)
+        .harmonics;
+  };
+  EXPECT_EQ(harmonics(3e-4, 1e-5, 40.0), 0);
+  EXPECT_EQ(harmonics(3e-4, 1e-5, 600.0), 12);
+  EXPECT_EQ(harmonics(3e-4, 0.0, 600.0), 0);
+  EXPECT_EQ(harmonics(0.0, 1e-5, 600.0), 30);
 }
 
 /// Σ over calibrations of what errors are in their sigmas.
@@ -173,6 +194,16 @@ TEST(RunGyroBias, AlikeInAllRuns) {
 TEST(RunGyroBias, ALittleDifferent) {
   TRUNDLE_NOT_UNDER_SANITIZERS();
   expect_consistent_with(0.02);
+}
+/// Ten times what is usual: with a bias that is constant over a run the runs' biases, which are their means,
+/// were 1.8 sigmas off.
+TEST(RunGyroBias, WalksWithinARun) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
+  const Conditions conditions{.duration_s = 120.0, .bias_walk = 1e-4, .runs = 3};
+  const Consistency sum =
+      calibrated(with_bias_walk(1e-4, differential_machine()), conditions, test::trials(16, 6));
+  expect_consistent("differential, a bias that walks", sum);
+  EXPECT_LT(sum.bias_squares, chi_squared_limit(kChance, sum.biases));
 }
 TEST(RunGyroBias, DifferentByATenthOfADegreePerSecond) {
   TRUNDLE_NOT_UNDER_SANITIZERS();

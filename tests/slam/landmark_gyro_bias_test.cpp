@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include "trundle/io/error.hpp"
-#include "trundle/slam/smoothing/calibration/bias_walk.hpp"
 #include "trundle/slam/smoothing/calibration/own_biases.hpp"
 #include "trundle/slam/smoothing/landmark_calibration.hpp"
 #include "trundle/statistics/distribution.hpp"
@@ -80,11 +79,6 @@ TEST(LandmarkGyroBias, OfEachRecordingItsOwn) {
   }
 }
 
-Machine with_bias_walk(double walk, Machine machine) {
-  for (Robot* robot : {&machine.nominal, &machine.truth}) robot->chassis.gyro->bias_walk_rad_s_sqrt_s = walk;
-  return machine;
-}
-
 /// Taken for constant within a recording, the gyro's scale was off by 3.2 sigmas in the mean square, the
 /// recordings' biases by 1.4.
 TEST(LandmarkGyroBias, WalksWithinARecording) {
@@ -110,26 +104,6 @@ TEST(BiasWalk, OfARecordingWithoutAMotionIsNone) {
   Driven runs = driven(machine, conditions, 1);
   std::ranges::fill(runs.recordings[0].wheels.series[0].value, recording::kNotMeasured);
   EXPECT_THROW(calibrated(machine, runs), CannotAnswer);
-}
-
-/// A Wiener process less its mean over 0 ≤ t ≤ T has the variance T (1/3 − u + u²) at u = t/T.
-TEST(BiasWalk, SpreadsAsAWienerProcessAboutItsMean) {
-  const BiasWalk walk =
-      bias_walk_of({.noise_rad_s_sqrt_hz = 1e-9, .bias_walk_rad_s_sqrt_s = 2e-5}, 100.0, 400.0);
-  for (const double u : {0.0, 0.3, 0.5, 1.0})
-    EXPECT_NEAR(walk.at(100.0 + 300.0 * u).squaredNorm(), 2e-5 * 2e-5 * 300.0 * (1.0 / 3.0 - u + u * u),
-                0.03 * 2e-5 * 2e-5 * 300.0);
-}
-
-TEST(BiasWalk, HasTheHarmonicsThatRiseAboveTheNoise) {
-  const auto harmonics = [](double noise, double walk, double duration_s) {
-    return bias_walk_of({.noise_rad_s_sqrt_hz = noise, .bias_walk_rad_s_sqrt_s = walk}, 0.0, duration_s)
-        .harmonics;
-  };
-  EXPECT_EQ(harmonics(3e-4, 1e-5, 40.0), 0);
-  EXPECT_EQ(harmonics(3e-4, 1e-5, 600.0), 12);
-  EXPECT_EQ(harmonics(3e-4, 0.0, 600.0), 0);
-  EXPECT_EQ(harmonics(0.0, 1e-5, 600.0), 30);
 }
 
 TEST(LandmarkGyroBias, IsNamedWhereRecordingsDiffer) {

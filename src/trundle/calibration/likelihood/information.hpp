@@ -42,8 +42,8 @@ struct Information {
   }
   void add_noise(const Eigen::MatrixXd& more, double weight = 1.0) {
     if (more.size() == 0) return;
-    if (of_noise.size() == 0) of_noise.setZero(more.rows(), more.cols());
-    of_noise += weight * more;
+    if (of_noise.size() == 0) of_noise.setZero(matrix.rows(), matrix.cols());
+    of_noise.topLeftCorner(more.rows(), more.cols()) += weight * more;
   }
 };
 

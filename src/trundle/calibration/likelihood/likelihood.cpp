@@ -16,6 +16,10 @@ namespace {
 
 // A variance from so many blocks is known to √(2/12): their scatter, a sigma, to a fifth.
 constexpr std::size_t kFewestBlocks = 12;
+// Of a walk: of its mean square 1 − 6/π² Σ 1/k² = 5 % is left.
+constexpr Eigen::Index kMostHarmonics = 12;
+// A run's own: the gyro's bias, and the reference's clock.
+constexpr Eigen::Index kMostOwn = 2;
 // Of relative motions before their residuals are looked at: 1 cm and 0.6°, as of a scan matcher.
 constexpr double kUsualRelativeVariance = 1e-4;
 
@@ -73,8 +77,24 @@ std::optional<double> own_gyro_noise(const CalibrationProblem& problem) {
 
 /// The clock of its reference is the last parameter, and moves nothing else that was measured.
 std::size_t without_clock(std::span<const Parameter> parameters, std::span<const OwnParameter> own) {
-  const bool has_clock = !own.empty() && own.back().parameter.kind == ParameterKind::time_offset;
+  const bool has_clock = std::ranges::any_of(own, [](const OwnParameter& one) {
+    return one.parameter && one.parameter->kind == ParameterKind::time_offset;
+  });
   return parameters.size() - (has_clock ? 1 : 0);
+}
+
+std::size_t place_of_gyro_bias(std::span<const Parameter> parameters) {
+  return static_cast<std::size_t>(std::ranges::find(parameters, kGyroBias) - parameters.begin());
+}
+
+/// For which there is room among the parameters.
+void keep_first_harmonics(CalibrationProblem& problem) {
+  const auto parameters = static_cast<Eigen::Index>(problem.parameters.size());
+  const Eigen::Index room = std::max<Eigen::Index>(0, kMaxParameters - kMostOwn - parameters);
+  for (Run& run : problem.runs) {
+    run.gyro_walk.harmonics = std::min({run.gyro_walk.harmonics, kMostHarmonics, room});
+    run.gyro_walk_moved.conservativeResize(run.gyro_walk.harmonics);
+  }
 }
 
 Robot with_levels(const Robot& robot, const NoiseLevels& levels, const Robot& nominal) {
@@ -97,7 +117,7 @@ RunInformation information_of(const Likelihood& likelihood, const Run& run, std:
                               const Robot& robot) {
   const std::vector<OwnParameter> own = likelihood.own_of(run);
   const std::vector<Parameter> all = with_own(likelihood.problem.parameters, own);
-  const auto n = static_cast<Eigen::Index>(all.size());
+  const Eigen::Index n = likelihood.problem.size() + static_cast<Eigen::Index>(own.size());
   const auto parameters = std::span(all).first(without_clock(all, own));
   const Robot rounding = noisy_robot(robot, likelihood);  // which is that of a window, but of no interval
   const Robot noisy = without_rounding(rounding);
@@ -109,13 +129,15 @@ RunInformation information_of(const Likelihood& likelihood, const Run& run, std:
                                            .gate = likelihood.gate,
                                            .with_noise = likelihood.takes_out_noise,
                                            .sums = likelihood.sums_of(index)};
-  const LikelihoodOptions options{.reference_noise = likelihood.noise.levels.reference,
-                                  .blocks = blocks,
-                                  .gyro_noise_rad_s_sqrt_hz = own_gyro_noise(likelihood.problem),
-                                  .gate = likelihood.gate,
-                                  .readings = read ? &read->chassis : nullptr,
-                                  .with_noise = likelihood.takes_out_noise,
-                                  .redundant = RedundantReadings{rounding, redundant}};
+  const LikelihoodOptions options{
+      .reference_noise = likelihood.noise.levels.reference,
+      .blocks = blocks,
+      .gyro_noise_rad_s_sqrt_hz = own_gyro_noise(likelihood.problem),
+      .gate = likelihood.gate,
+      .readings = read ? &read->chassis : nullptr,
+      .with_noise = likelihood.takes_out_noise,
+      .walking_bias = likelihood.seeks_walk(run) ? std::optional(place_of_gyro_bias(all)) : std::nullopt,
+      .redundant = RedundantReadings{rounding, redundant}};
   RunLikelihood stream = stream_likelihood(run, noisy, all, options);
   append(result.blocks, n, stream.blocks);
   append(result.blocks, n, partial_likelihood(run, noisy, parameters, options).blocks);
@@ -137,6 +159,17 @@ void move_gyro_bias(double step_rad_s, std::size_t index, Likelihood& likelihood
   if (index >= likelihood.window_sums.size() || !likelihood.window_sums[index]) return;
   calibration::move_gyro_bias(step_rad_s, likelihood.window_sums[index]->windows);
   calibration::move_gyro_bias(step_rad_s, likelihood.window_sums[index]->parts);
+}
+
+void move_gyro_walk(const Eigen::VectorXd& step, std::size_t index, Likelihood& likelihood) {
+  Run& run = likelihood.problem.runs[index];
+  calibration::move_gyro_walk(step, run);
+  if (!likelihood.clocked.empty()) calibration::move_gyro_walk(step, likelihood.clocked[index]);
+  if (likelihood.relative_table[index])
+    likelihood.relative_table[index] = relative_table(run, likelihood.problem.nominal);
+  if (index >= likelihood.window_sums.size() || !likelihood.window_sums[index]) return;
+  calibration::move_gyro_walk(run.gyro_walk, step, likelihood.window_sums[index]->windows);
+  calibration::move_gyro_walk(run.gyro_walk, step, likelihood.window_sums[index]->parts);
 }
 
 }  // namespace
@@ -161,6 +194,7 @@ Likelihood likelihood_of(const CalibrationProblem& problem) {
       .relative_table = relative_tables(problem),
       .window_sums = {},
       .clocked = {}};
+  keep_first_harmonics(likelihood.problem);
   if (contains(problem.parameters, ParameterKind::gyro_time_offset))
     likelihood.clocked.assign(problem.runs.begin(), problem.runs.end());
   else
@@ -170,11 +204,19 @@ Likelihood likelihood_of(const CalibrationProblem& problem) {
   return likelihood;
 }
 
+bool Likelihood::seeks_walk(const Run& run) const {
+  return run.gyro_walk.harmonics > 0 && !run.epochs.empty() &&
+         contains(problem.parameters, ParameterKind::gyro_bias);
+}
+
 std::vector<OwnParameter> Likelihood::own_of(const Run& run) const {
   std::vector<OwnParameter> own;
   if (gyro_bias_spread_rad_s > 0.0 && run.shows_gyro_bias())
     own.push_back({kGyroBias, gyro_bias_spread_rad_s, run.gyro_bias_moved_rad_s});
-  if (seeks_clock(run)) own.push_back({{ParameterKind::time_offset, -1}, kClockPrior_s, run.clock_moved_s});
+  if (seeks_clock(run))
+    own.push_back({Parameter{ParameterKind::time_offset, -1}, kClockPrior_s, run.clock_moved_s});
+  if (seeks_walk(run))
+    for (const double moved : run.gyro_walk_moved) own.push_back({std::nullopt, 1.0, moved});
   return own;
 }
 
@@ -185,7 +227,9 @@ void set_own_parameters(const Robot& robot, Likelihood& likelihood) {
     if (own.empty()) continue;
     const auto n = likelihood.problem.size() + static_cast<Eigen::Index>(own.size());
     const OwnStep step = own_step(information_of(likelihood, likelihood.runs()[i], i, robot).total(n), own);
-    for (std::size_t j = 0; j < own.size(); ++j) {
+    if (likelihood.seeks_walk(likelihood.runs()[i]))
+      move_gyro_walk(step.step.tail(likelihood.runs()[i].gyro_walk.harmonics), i, likelihood);
+    for (std::size_t j = 0; j < own.size() && own[j].parameter; ++j) {
       const auto k = static_cast<Eigen::Index>(j);
       if (own[j].parameter == kGyroBias) {
         move_gyro_bias(step.step[k], i, likelihood);

@@ -47,7 +47,10 @@ struct Likelihood {
   bool seeks_clock(const Run& run) const {
     return seeks_reference_clocks && has_own_clock(run, problem.parameters);
   }
-  /// What is estimated of a run alone: the gyro's bias before the reference's clock.
+  /// Whether the walk of the gyro's bias is estimated where it shows: the bias is, and a reference follows
+  /// it.
+  bool seeks_walk(const Run& run) const;
+  /// What is estimated of a run alone: the gyro's bias before the reference's clock, and the bias's walk.
   std::vector<OwnParameter> own_of(const Run& run) const;
   /// Parts into which each run is cut, so that all together are enough to see how they scatter.
   int blocks_of_a_run() const;

@@ -7,10 +7,11 @@
 
 namespace trundle::calibration {
 ParityFilter::ParityFilter(const Run& run, const Robot& robot, std::span<const Parameter> parameters,
-                           const ChassisLikelihoodOptions& options)
+                           const ChassisLikelihoodOptions& options, WalkSensitivity* walk)
     : windows_(run, robot.chassis, parameters, options.window_s, options.sums, options.with_noise),
       options_(options),
-      parameters_(static_cast<Eigen::Index>(parameters.size())) {}
+      parameters_(static_cast<Eigen::Index>(parameters.size())),
+      walk_(walk) {}
 
 // Where the readings' noise shows as a share of what they are said to have, so does what is common; what
 // shows beside it need not be common.
@@ -26,21 +27,28 @@ void ParityFilter::end_arc(const Pose2& pose) {
 
 void ParityFilter::begin(const Pose2& pose) {
   const Eigen::Index m = windows_.combinations().cols();
-  parity_ = {.with_pose = CommonError::Zero(3, m),
-             .correction = Eigen::VectorXd::Zero(m),
-             .variance_reduction = Eigen::MatrixXd::Zero(m, m),
-             .correction_by_parameters = Eigen::MatrixXd::Zero(m, parameters_),
-             .arc_start = pose};
+  parity_ = {
+      .with_pose = CommonError::Zero(3, m),
+      .correction = Eigen::VectorXd::Zero(m),
+      .variance_reduction = Eigen::MatrixXd::Zero(m, m),
+      .correction_by_parameters = Eigen::MatrixXd::Zero(m, parameters_ + (walk_ ? walk_->harmonics() : 0)),
+      .arc_start = pose};
 }
 
-void ParityFilter::skip(Information& information) {
-  if (const auto ended = windows_.take()) add_to(information, *ended, options_);
+std::optional<Contradiction> ParityFilter::take(double time_s, const Rolling* before) {
+  std::optional<Contradiction> ended = windows_.take(before);
+  if (ended && walk_) ended->J = walk_->extended(ended->J, time_s - 0.5 * options_.window_s);
+  return ended;
+}
+
+void ParityFilter::skip(double time_s, Information& information) {
+  if (const auto ended = take(time_s, nullptr)) add_to(information, *ended, options_);
 }
 
 void ParityFilter::propagate(const Increment& increment, const Pose2& from, const Rolling& rolling,
                              Odometer& odometer, SensitivityErrors& errors, Information& information) {
   if (!windows_.any()) return errors.propagate(increment, odometer.pose());
-  const std::optional<Contradiction> ended = windows_.take(&rolling);
+  const std::optional<Contradiction> ended = take(increment.time_s, &rolling);
   if (windows_.is_within()) {
     if (parity_.with_pose.cols() == 0) begin(from);
     errors.add_to_parity(windows_.combinations(), from);
@@ -52,13 +60,13 @@ void ParityFilter::propagate(const Increment& increment, const Pose2& from, cons
   end_arc(odometer.pose());
   if (goes_on) return;
   errors.end_parity(odometer.pose());
-  if (ended) measure(*ended, odometer, errors, information);
+  if (ended) measure(*ended, increment.time_s, odometer, errors, information);
   errors.drop_parity();
   parity_ = {};
 }
 
-void ParityFilter::measure(const Contradiction& ended, Odometer& odometer, SensitivityErrors& errors,
-                           Information& information) {
+void ParityFilter::measure(const Contradiction& ended, double time_s, Odometer& odometer,
+                           SensitivityErrors& errors, Information& information) {
   // Ways become sure only later, and then their variances may contradict each other: no covariance is as
   // large. They count as independent then.
   Eigen::MatrixXd S = options_.variance_factor * ended.S;
@@ -84,10 +92,13 @@ void ParityFilter::measure(const Contradiction& ended, Odometer& odometer, Sensi
   const CommonError K = parity_.with_pose * W;
   const Matrix3 reduction = K * parity_.with_pose.transpose();
   if (!is_positive_semidefinite(odometer.white_covariance() - reduction)) return;
-  PoseSensitivity sensitivity = odometer.sensitivity() - K * J;
+  const Eigen::Matrix3Xd KJ = K * J;
+  if (walk_) walk_->advance(odometer, time_s);
+  PoseSensitivity sensitivity = odometer.sensitivity() - KJ.leftCols(parameters_);
   for (std::size_t j = 0; j < errors.of_parity().size(); ++j)
     sensitivity.col(static_cast<Eigen::Index>(j)) += errors.of_parity()[j].pose_parity * weighed;
   odometer.correct(K * innovation, Matrix3::Identity(), -reduction, sensitivity);
+  if (walk_) walk_->correct(KJ.rightCols(walk_->harmonics()), odometer);
   errors.correct_by_parity(W, K, odometer.pose());
 }
 

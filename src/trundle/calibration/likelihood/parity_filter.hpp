@@ -8,6 +8,7 @@
 #include "trundle/calibration/likelihood/errors_in_variables.hpp"
 #include "trundle/calibration/likelihood/parity_windows.hpp"
 #include "trundle/calibration/likelihood/reference_measurement.hpp"
+#include "trundle/calibration/likelihood/walk_sensitivity.hpp"
 
 namespace trundle::calibration {
 
@@ -16,12 +17,13 @@ namespace trundle::calibration {
 /// the pose corrects it too. docs/theory/calibration-redundancy.md, eq. 7b.
 class ParityFilter {
  public:
-  /// All must outlive it. `robot`: with_noise_of_readings().
+  /// All must outlive it. `robot`: with_noise_of_readings(). `walk`: of the pose, and of the information
+  /// beside the parameters; null: there is none.
   ParityFilter(const Run& run, const Robot& robot, std::span<const Parameter> parameters,
-               const ChassisLikelihoodOptions& options);
+               const ChassisLikelihoodOptions& options, WalkSensitivity* walk);
 
-  /// Goes on to the next increment, which moves no pose.
-  void skip(Information& information);
+  /// Goes on to the next increment, which ends then and moves no pose.
+  void skip(double time_s, Information& information);
   /// The same of one that moved the odometer from there, where it had rolled so: for the errors of its
   /// sensitivities too. Where a window ends, what it says is added, and moves the odometer.
   void propagate(const Increment& increment, const Pose2& from, const Rolling& rolling, Odometer& odometer,
@@ -50,12 +52,15 @@ class ParityFilter {
   };
 
   void begin(const Pose2& pose);
-  void measure(const Contradiction& ended, Odometer& odometer, SensitivityErrors& errors,
+  /// That of the next increment's window, where it ends at that time; with the walk's columns.
+  std::optional<Contradiction> take(double time_s, const Rolling* before);
+  void measure(const Contradiction& ended, double time_s, Odometer& odometer, SensitivityErrors& errors,
                Information& information);
 
   ParityWindows windows_;
   ChassisLikelihoodOptions options_;
   Eigen::Index parameters_;
+  WalkSensitivity* walk_;
   Parity parity_;
 };
 

@@ -11,6 +11,7 @@
 #include "trundle/calibration/likelihood/parity_filter.hpp"
 #include "trundle/calibration/likelihood/reading_noise.hpp"
 #include "trundle/calibration/likelihood/reference_measurement.hpp"
+#include "trundle/calibration/likelihood/walk_sensitivity.hpp"
 #include "trundle/odometry/odometer.hpp"
 
 namespace trundle::calibration {
@@ -36,6 +37,11 @@ PoseSensitivity correct_sensitivity(SensitivityErrors& errors, const Odometer& o
   const PoseSensitivity correction = errors.correction(m.H.transpose() * (W * m.innovation), odometer.pose());
   m.J += m.H * correction;
   return correction;
+}
+
+void append_columns(const ReferenceMeasurement::Jacobian& more, ReferenceMeasurement::Jacobian& J) {
+  J.conservativeResize(Eigen::NoChange, J.cols() + more.cols());
+  J.rightCols(more.cols()) = more;
 }
 
 /// The chassis with the noise of the run's readings alone.
@@ -66,12 +72,13 @@ class ReferenceFilter {
         read_(as_run_read(robot.chassis, run, options)),
         odometer_(odometer_at_epoch(run, 0, robot, parameters, options.reference_noise)),
         errors_(robot, parameters, odometer_.pose(), read_, options.with_noise) {
+    if (options.walking_bias) begin_walk(0);
     if (const auto& redundant = options.redundant)
-      parity_.emplace(run, redundant->robot, parameters, redundant->options);
+      parity_.emplace(run, redundant->robot, parameters, redundant->options, walk());
   }
 
   void run() {
-    skip(run_.epochs.front(), result_.blocks.front());
+    skip(0, run_.epochs.front(), result_.blocks.front());
     for (std::size_t epoch = 1; epoch < run_.epochs.size(); ++epoch) {
       predict(epoch);
       if (std::ranges::binary_search(run_.jumps, epoch)) {
@@ -88,7 +95,7 @@ class ReferenceFilter {
       }
       update(epoch, sample);
     }
-    skip(run_.readings.increments.size() - run_.epochs.back(), result_.blocks.back());
+    skip(run_.epochs.back(), run_.readings.increments.size(), result_.blocks.back());
   }
 
  private:
@@ -97,14 +104,23 @@ class ReferenceFilter {
     return result_.blocks[std::min(blocks - 1, epoch * blocks / run_.epochs.size())];
   }
 
+  WalkSensitivity* walk() { return walk_ ? &*walk_ : nullptr; }
+
+  void begin_walk(std::size_t epoch) {
+    if (!walk_) walk_.emplace(run_.gyro_walk, *options_.walking_bias);
+    walk_->begin(odometer_, run_.epoch_time(epoch));
+  }
+
   /// Increments beside all epochs: no reference follows their motion.
-  void skip(std::size_t increments, Information& block) {
-    for (std::size_t i = 0; parity_ && i < increments; ++i) parity_->skip(block);
+  void skip(std::size_t first, std::size_t last, Information& block) {
+    for (std::size_t i = first; parity_ && i < last; ++i)
+      parity_->skip(run_.readings.increments.time_s(i), block);
   }
 
   void start_anew(std::size_t epoch) {
     odometer_ = odometer_at_epoch(run_, epoch, robot_, parameters_, options_.reference_noise);
     errors_ = {robot_, parameters_, odometer_.pose(), read_, options_.with_noise};
+    if (walk_) begin_walk(epoch);
     if (parity_) parity_->restart();
     is_contradicted_ = false;
   }
@@ -127,6 +143,10 @@ class ReferenceFilter {
     const Weight W = m.weight(odometer_.white_covariance());
     const double distance = m.innovation.dot(W * m.innovation);
     const PoseSensitivity correction = correct_sensitivity(errors_, odometer_, W, m);
+    if (walk_) {
+      walk_->advance(odometer_, run_.epoch_time(epoch));
+      append_columns(m.H * walk_->of_pose(), m.J);
+    }
     if (!add_within(block_of(epoch), m.J, W, m.innovation, options_.gate)) return reject(epoch);
     const Matrix3 of_pose = m.H.transpose() * W * m.H;
     block_of(epoch).add_noise(errors_.noise_in_information(of_pose));
@@ -153,7 +173,10 @@ class ReferenceFilter {
     const Matrix3 keep = Matrix3::Identity() - K * m.H;
     const Matrix3 noise = K * m.variance.asDiagonal() * K.transpose();
     if (parity_) parity_->end_arc(odometer_.pose());
-    odometer_.correct(step, keep, noise, odometer_.sensitivity() + correction - K * m.J);
+    const Eigen::Matrix3Xd KJ = K * m.J;
+    const auto n = static_cast<Eigen::Index>(parameters_.size());
+    odometer_.correct(step, keep, noise, odometer_.sensitivity() + correction - KJ.leftCols(n));
+    if (walk_) walk_->correct(KJ.rightCols(walk_->harmonics()), odometer_);
     Eigen::MatrixX3d parity_by_pose;
     if (parity_) parity_by_pose = parity_->correct(m, W, keep, errors_, odometer_.pose());
     errors_.correct(of_pose, keep, odometer_.pose(), parity_by_pose);
@@ -167,6 +190,7 @@ class ReferenceFilter {
   Chassis read_;
   Odometer odometer_;
   SensitivityErrors errors_;
+  std::optional<WalkSensitivity> walk_;
   std::optional<ParityFilter> parity_;
   bool is_contradicted_ = false;  ///< by the last epoch
 };
@@ -182,7 +206,8 @@ Information RunLikelihood::total() const {
 
 RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<const Parameter> parameters,
                                 const LikelihoodOptions& options) {
-  const auto n = static_cast<Eigen::Index>(parameters.size());
+  const Eigen::Index harmonics = options.walking_bias ? run.gyro_walk.harmonics : 0;
+  const Eigen::Index n = static_cast<Eigen::Index>(parameters.size()) + harmonics;
   RunLikelihood result{
       std::vector<Information>(static_cast<std::size_t>(options.blocks), Information::zero(n)), {}, {}};
   if (!run.epochs.empty()) ReferenceFilter(run, robot, parameters, options, result).run();

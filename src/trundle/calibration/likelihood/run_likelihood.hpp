@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
 
@@ -50,6 +51,8 @@ struct LikelihoodOptions {
   /// With the noise of its readings, where the robot's is one that a search is helped by; null: the robot's.
   const Chassis* readings = nullptr;
   bool with_noise = false;  ///< also Information::of_noise
+  /// Where it is given, the harmonics of Run::gyro_walk are parameters behind all others.
+  std::optional<std::size_t> walking_bias = {};  ///< its place among the parameters
   /// Where it is given, what no motion explains of the run's readings is part of it.
   std::optional<RedundantReadings> redundant = {};
 };

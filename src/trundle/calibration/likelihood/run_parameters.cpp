@@ -33,7 +33,8 @@ Eigen::MatrixXd information_of_own(const Information& with_own, std::span<const 
 
 std::vector<Parameter> with_own(std::span<const Parameter> parameters, std::span<const OwnParameter> own) {
   std::vector<Parameter> all(parameters.begin(), parameters.end());
-  for (const OwnParameter& one : own) all.push_back(one.parameter);
+  for (const OwnParameter& one : own)
+    if (one.parameter) all.push_back(*one.parameter);
   return all;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,12 +14,12 @@ namespace trundle::calibration {
 /// A parameter of one run alone, as the clock of its reference: no other run knows of it, and nobody asks for
 /// it. It is eliminated from what the run says of the parameters that all runs share.
 struct OwnParameter {
-  Parameter parameter;
+  std::optional<Parameter> parameter;  ///< none: a harmonic by which the gyro's bias walks
   double prior_sigma = 0.0;
   double moved = 0.0;  ///< from the mean of its prior to where the run has it now
 };
 
-/// The parameters, and those of a run behind them.
+/// The parameters, and those of a run behind them that are parameters of a robot.
 [[nodiscard]] std::vector<Parameter> with_own(std::span<const Parameter> parameters,
                                               std::span<const OwnParameter> own);
 

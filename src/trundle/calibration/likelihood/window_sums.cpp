@@ -14,6 +14,7 @@ constexpr Increment kEmptySum{.has_gyro = true};
 
 void add(Increment& sum, const Increment& increment) {
   add_readings(sum, increment);
+  sum.time_s = increment.time_s;
   sum.gyro_change_rad_s += increment.gyro_change_rad_s;
 }
 

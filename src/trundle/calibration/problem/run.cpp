@@ -248,6 +248,11 @@ Run prepare_run(const Recording& recording, const Robot& robot, AlignedReadings 
           .epochs = {},
           .jumps = {}};
   centre_gyro_changes(run.readings);
+  if (run.shows_gyro_bias() && robot.chassis.gyro) {
+    run.gyro_walk =
+        bias_walk_of(*robot.chassis.gyro, run.readings.start_s, run.readings.increments.back().time_s);
+    run.gyro_walk_moved.setZero(run.gyro_walk.harmonics);
+  }
   run.seen_reference_clock = reference_time_offset(run.reference, run.readings, robot);
   run.reference_clock = set_reference_clock(run.seen_reference_clock, robot, run.reference);
   run.epochs = choose_epochs(run, robot.reference_time_offset_s);

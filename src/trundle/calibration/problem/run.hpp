@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "trundle/calibration/problem/bias_walk.hpp"
 #include "trundle/odometry/odometer.hpp"
 #include "trundle/recording/alignment/align.hpp"
 #include "trundle/recording/time_offset.hpp"
@@ -47,6 +48,8 @@ struct Run {
   /// By how much the bias of the gyro is taken out of `gyro` and `readings` that this run has beyond the one
   /// that runs share [rad/s].
   double gyro_bias_moved_rad_s = 0.0;
+  BiasWalk gyro_walk = {};               ///< of its bias; no harmonics where the run does not show it
+  Eigen::VectorXd gyro_walk_moved = {};  ///< by which harmonics, in their sigmas, it is taken out of both
   PartialReference partial;
   std::vector<RelativeMotion> relative_motions;
   /// Number of increments before each epoch; the first epoch is the start. Empty: no reference stream.

@@ -61,8 +61,27 @@ void move_gyro_bias(double step_rad_s, Run& run) {
   run.gyro_bias_moved_rad_s += step_rad_s;
 }
 
+void move_gyro_walk(const BiasWalk& walk, const Eigen::VectorXd& step, Increments& increments) {
+  for (std::size_t i = 0; i < increments.size(); ++i) {
+    Increment increment = increments[i];
+    if (!increment.has_gyro) continue;
+    const double middle_s = increment.time_s - 0.5 * increment.duration_s;
+    increment.gyro_rad -= walk.at(middle_s).dot(step) * increment.duration_s;
+    increments.set(i, increment);
+  }
+}
+
+void move_gyro_walk(const Eigen::VectorXd& step, Run& run) {
+  for (std::size_t i = 0; i < run.gyro.time_s.size(); ++i)
+    run.gyro.yaw_rate_rad_s[i] -= run.gyro_walk.at(run.gyro.time_s[i]).dot(step);
+  move_gyro_walk(run.gyro_walk, step, run.readings.increments);
+  run.gyro_walk_moved += step;
+}
+
 Run as_recorded(Run run) {
   if (run.gyro_bias_moved_rad_s != 0.0) move_gyro_bias(-run.gyro_bias_moved_rad_s, run);
+  if (run.gyro_walk_moved.size() > 0 && !run.gyro_walk_moved.isZero(0.0))
+    move_gyro_walk((-run.gyro_walk_moved).eval(), run);
   return run;
 }
 

@@ -3,10 +3,10 @@
 #include <span>
 #include <vector>
 
+#include "trundle/calibration/problem/bias_walk.hpp"
 #include "trundle/calibration/problem/run.hpp"
 #include "trundle/chassis/parameter.hpp"
 #include "trundle/recording/recording.hpp"
-#include "trundle/slam/smoothing/calibration/bias_walk.hpp"
 #include "trundle/slam/smoothing/calibration/own_biases.hpp"
 #include "trundle/slam/smoothing/shown.hpp"
 #include "trundle/slam/smoothing/track.hpp"

@@ -4,7 +4,7 @@
 
 #include "trundle/chassis/chassis.hpp"
 
-namespace trundle::slam {
+namespace trundle::calibration {
 
 /// How a gyro's bias walks about its mean over a recording, as its Karhunen-Loève series: harmonics
 /// cos(kπ t/T), whose amplitudes are independent with 1σ w √(2T)/(kπ). As many as rise above the gyro's white
@@ -22,4 +22,4 @@ struct BiasWalk {
 /// Over a recording that lasts from one time to another.
 [[nodiscard]] BiasWalk bias_walk_of(const Gyro& gyro, double start_s, double end_s);
 
-}  // namespace trundle::slam
+}  // namespace trundle::calibration

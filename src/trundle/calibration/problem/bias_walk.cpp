@@ -1,11 +1,11 @@
-#include "trundle/slam/smoothing/calibration/bias_walk.hpp"
+#include "trundle/calibration/problem/bias_walk.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "trundle/geometry/angle.hpp"
 
-namespace trundle::slam {
+namespace trundle::calibration {
 namespace {
 
 // Harmonics are taken up to twice the frequency at which the walk's spectrum, (w/2πf)², is the noise's, N²:
@@ -35,4 +35,4 @@ BiasWalk bias_walk_of(const Gyro& gyro, double start_s, double end_s) {
   return {start_s, duration_s, walk, static_cast<Eigen::Index>(std::min(above_noise, kMostHarmonics))};
 }
 
-}  // namespace trundle::slam
+}  // namespace trundle::calibration
