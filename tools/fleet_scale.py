@@ -116,6 +116,11 @@ class Sitting:
     def wall_s(self) -> float:
         return time.monotonic() - self._started - self._paused
 
+    def _measure_alone(self) -> None:
+        start = time.monotonic()
+        self.alone.measure()
+        self._paused += time.monotonic() - start
+
     def watch(self, client: subprocess.Popen[bytes]) -> None:
         """Till the client ends, or this process is asked to. Prints memory now and then."""
         next_line, next_sample = 0.0, 0.5 * _BETWEEN_S
@@ -125,17 +130,17 @@ class Sitting:
             processes = {**self.named, **{f"host {i + 1}": pid for i, pid in enumerate(hosts)}}
             self.cpu.update({name: cpu_s(pid) for name, pid in processes.items() if cpu_s(pid)})
             if self.wall_s >= next_sample:
-                start = time.monotonic()
                 with stopped([*processes.values(), *(child for pid in hosts for child in children_of(pid))]):
-                    self.alone.measure()
+                    self._measure_alone()
                 next_sample += _BETWEEN_S
-                self._paused += time.monotonic() - start
             if self.wall_s >= next_line:
                 print(f"{self.wall_s:7.0f} {self._final():7d} " + " ".join(f"{memory_mb(pid):12.1f}" for pid in processes.values()), flush=True)
                 next_line = max(self.wall_s + _PRINT_S, 1.25 * self.wall_s)
             time.sleep(0.5)
 
     def sums(self) -> Sums:
+        """Of the work alone there are two samples at least."""
+        self._measure_alone()
         each, logs = self.alone.each_s, self._final() - self._before
         scatter = statistics.stdev(each) / len(each) ** 0.5
         return Sums(logs, self.wall_s, self.cpu, statistics.mean(each) * logs, scatter * logs, len(each))
@@ -179,7 +184,6 @@ def main() -> None:
         print(f"rows: {counts}; exit {client.poll()}")
         sums = place / "sittings.json"
         sittings = [Sums(**one) for one in json.loads(sums.read_text())] if sums.exists() else []
-        alone.measure()
         sittings.append(sitting.sums())
         sums.write_text(json.dumps([one._asdict() for one in sittings]))
         sittings[-1].print()

@@ -205,6 +205,17 @@ TEST(RunGyroBias, WalksWithinARun) {
   expect_consistent("differential, a bias that walks", sum);
   EXPECT_LT(sum.bias_squares, chi_squared_limit(kChance, sum.biases));
 }
+/// Of more harmonics than are parameters of a run: the stamps of its gyro, which move, are kept in a run of
+/// their own.
+TEST(RunGyroBias, WalksWhereTheGyrosClockIsSoughtToo) {
+  const Machine machine = with_bias_walk(1e-4, differential_machine());
+  const Conditions conditions{.duration_s = 90.0, .bias_walk = 1e-4, .runs = 2};
+  const CalibrationResult result = calibrate(driven(machine, conditions, 1).recordings, {}, machine.nominal,
+                                             {.free = {"gyro.time_offset"}});
+  const auto offset = std::ranges::find(result.parameters, "gyro.time_offset", &ParameterEstimate::name);
+  ASSERT_NE(offset, result.parameters.end());
+  EXPECT_NEAR(offset->value, 0.0, 5.0 * offset->sigma_within);
+}
 TEST(RunGyroBias, DifferentByATenthOfADegreePerSecond) {
   TRUNDLE_NOT_UNDER_SANITIZERS();
   expect_consistent_with(0.1);

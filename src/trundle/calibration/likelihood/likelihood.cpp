@@ -149,27 +149,17 @@ RunInformation information_of(const Likelihood& likelihood, const Run& run, std:
   return result;
 }
 
-/// All that is kept of the run's readings.
-void move_gyro_bias(double step_rad_s, std::size_t index, Likelihood& likelihood) {
+/// All that is kept of a run's readings. `move`: of the run, and of readings that were summed.
+template <class Move>
+void move_gyro(const Move& move, std::size_t index, Likelihood& likelihood) {
   Run& run = likelihood.problem.runs[index];
-  calibration::move_gyro_bias(step_rad_s, run);
-  if (!likelihood.clocked.empty()) calibration::move_gyro_bias(step_rad_s, likelihood.clocked[index]);
+  move(run);
+  if (!likelihood.clocked.empty()) move(likelihood.clocked[index]);
   if (likelihood.relative_table[index])
     likelihood.relative_table[index] = relative_table(run, likelihood.problem.nominal);
   if (index >= likelihood.window_sums.size() || !likelihood.window_sums[index]) return;
-  calibration::move_gyro_bias(step_rad_s, likelihood.window_sums[index]->windows);
-  calibration::move_gyro_bias(step_rad_s, likelihood.window_sums[index]->parts);
-}
-
-void move_gyro_walk(const Eigen::VectorXd& step, std::size_t index, Likelihood& likelihood) {
-  Run& run = likelihood.problem.runs[index];
-  calibration::move_gyro_walk(step, run);
-  if (!likelihood.clocked.empty()) calibration::move_gyro_walk(step, likelihood.clocked[index]);
-  if (likelihood.relative_table[index])
-    likelihood.relative_table[index] = relative_table(run, likelihood.problem.nominal);
-  if (index >= likelihood.window_sums.size() || !likelihood.window_sums[index]) return;
-  calibration::move_gyro_walk(run.gyro_walk, step, likelihood.window_sums[index]->windows);
-  calibration::move_gyro_walk(run.gyro_walk, step, likelihood.window_sums[index]->parts);
+  move(likelihood.window_sums[index]->windows);
+  move(likelihood.window_sums[index]->parts);
 }
 
 }  // namespace
@@ -227,12 +217,15 @@ void set_own_parameters(const Robot& robot, Likelihood& likelihood) {
     if (own.empty()) continue;
     const auto n = likelihood.problem.size() + static_cast<Eigen::Index>(own.size());
     const OwnStep step = own_step(information_of(likelihood, likelihood.runs()[i], i, robot).total(n), own);
-    if (likelihood.seeks_walk(likelihood.runs()[i]))
-      move_gyro_walk(step.step.tail(likelihood.runs()[i].gyro_walk.harmonics), i, likelihood);
+    if (const Run& run = likelihood.runs()[i]; likelihood.seeks_walk(run)) {
+      const BiasWalk walk = run.gyro_walk;
+      const Eigen::VectorXd moved = step.step.tail(walk.harmonics);
+      move_gyro([&](auto& readings) { move_gyro_walk(walk, moved, readings); }, i, likelihood);
+    }
     for (std::size_t j = 0; j < own.size() && own[j].parameter; ++j) {
       const auto k = static_cast<Eigen::Index>(j);
       if (own[j].parameter == kGyroBias) {
-        move_gyro_bias(step.step[k], i, likelihood);
+        move_gyro([&](auto& readings) { move_gyro_bias(step.step[k], readings); }, i, likelihood);
         continue;
       }
       const ClockStep clock{step.step[k], std::sqrt(step.covariance(k, k))};

@@ -71,17 +71,17 @@ void move_gyro_walk(const BiasWalk& walk, const Eigen::VectorXd& step, Increment
   }
 }
 
-void move_gyro_walk(const Eigen::VectorXd& step, Run& run) {
+void move_gyro_walk(const BiasWalk& walk, const Eigen::VectorXd& step, Run& run) {
   for (std::size_t i = 0; i < run.gyro.time_s.size(); ++i)
-    run.gyro.yaw_rate_rad_s[i] -= run.gyro_walk.at(run.gyro.time_s[i]).dot(step);
-  move_gyro_walk(run.gyro_walk, step, run.readings.increments);
+    run.gyro.yaw_rate_rad_s[i] -= walk.at(run.gyro.time_s[i]).dot(step);
+  move_gyro_walk(walk, step, run.readings.increments);
   run.gyro_walk_moved += step;
 }
 
 Run as_recorded(Run run) {
   if (run.gyro_bias_moved_rad_s != 0.0) move_gyro_bias(-run.gyro_bias_moved_rad_s, run);
   if (run.gyro_walk_moved.size() > 0 && !run.gyro_walk_moved.isZero(0.0))
-    move_gyro_walk((-run.gyro_walk_moved).eval(), run);
+    move_gyro_walk(run.gyro_walk, (-run.gyro_walk_moved).eval(), run);
   return run;
 }
 

@@ -17,8 +17,8 @@ namespace trundle::calibration {
 void move_gyro_bias(double step_rad_s, Run& run);
 /// The same of readings that were summed.
 void move_gyro_bias(double step_rad_s, Increments& increments);
-/// Takes so many sigmas more of each harmonic of the walk (Run::gyro_walk) out of the readings of a run.
-void move_gyro_walk(const Eigen::VectorXd& step, Run& run);
+/// Takes so many sigmas more of each harmonic of the run's walk out of its readings.
+void move_gyro_walk(const BiasWalk& walk, const Eigen::VectorXd& step, Run& run);
 /// The same of readings that were summed.
 void move_gyro_walk(const BiasWalk& walk, const Eigen::VectorXd& step, Increments& increments);
 /// With the gyro's readings as they were recorded.

@@ -250,8 +250,7 @@ inline constexpr Sentence kSentences[] = {
     {geometry, alone, "wheels '{subject}' and '{other}' stand in one place: write x_m and y_m of both"},
     {geometry, with<Amount>,
      "wheels '{subject}' and '{other}' are fixed and roll in directions {value:.0f}° apart: however the "
-     "robot "
-     "drives, one of them skids; is kind = \"omni\" meant?"},
+     "robot drives, one of them skids; is kind = \"omni\" meant?"},
     {geometry, with<Range>,
      "landmarks stay where they are if the landmark sensor stands at x_m = {low:.1f}, y_m = {high:.1f}: "
      "check "
