@@ -31,7 +31,8 @@ SlamInput hidden(const test::SlamWorld& world) {
 }
 
 double cost_of(const SmoothedSlam& smoothed, const LandmarkSensor& sensor) {
-  return smoothed.counts.cost + cost_of_explaining(smoothed.shown, smoothed, sensor);
+  const ShownFromPath robot{smoothed.shown, smoothed.trajectory, sensor};
+  return smoothed.counts.cost + cost_of_explaining({&robot, 1}, smoothed.map);
 }
 
 bool are_same(const SmoothedSlam& a, const SmoothedSlam& b) {

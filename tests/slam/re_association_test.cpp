@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "trundle/slam/smoothing/smoother.hpp"
+
 #include "scale.hpp"
 #include "slam/world.hpp"
 
@@ -29,7 +31,7 @@ TEST(ReAssociation, DuplicatesAreOneLandmarkThatWasMappedTwice) {
   const std::vector<MappedLandmark> map = {landmark(3, 0.0, 0.0), landmark(5, 0.2, 0.1),
                                            landmark(7, 2.0, 0.0)};
   const ShownObservations shown = {{{3, 1.0, 0.0}, {7, 2.0, 1.0}}, {{5, 1.0, 0.0}}};
-  EXPECT_EQ(duplicates_in(shown, map, kRangeFinder, 0, as_sure_as_one_another),
+  EXPECT_EQ(duplicates_in({&shown, 1}, map, kRangeFinder.max_range_m, 0, as_sure_as_one_another),
             (std::vector<LandmarkPair>{{3, 5}}));
 }
 
@@ -37,20 +39,20 @@ TEST(ReAssociation, TheClearestDuplicatesComeFirstAndNoneHasTwo) {
   const std::vector<MappedLandmark> map = {landmark(0, 0.0, 0.0), landmark(1, 0.2, 0.0),
                                            landmark(2, 0.25, 0.0), landmark(3, 5.0, 0.0),
                                            landmark(4, 5.1, 0.0)};
-  EXPECT_EQ(duplicates_in({}, map, kRangeFinder, 0, as_sure_as_one_another),
+  EXPECT_EQ(duplicates_in({}, map, kRangeFinder.max_range_m, 0, as_sure_as_one_another),
             (std::vector<LandmarkPair>{{1, 2}, {3, 4}}));
 }
 
 TEST(ReAssociation, LandmarksSeenInOneInstantAreTwo) {
   const std::vector<MappedLandmark> map = {landmark(3, 0.0, 0.0), landmark(5, 0.2, 0.1)};
-  EXPECT_TRUE(
-      duplicates_in({{{3, 1.0, 0.0}, {5, 1.1, 0.1}}}, map, kRangeFinder, 0, as_sure_as_one_another).empty());
+  const ShownObservations shown = {{{3, 1.0, 0.0}, {5, 1.1, 0.1}}};
+  EXPECT_TRUE(duplicates_in({&shown, 1}, map, kRangeFinder.max_range_m, 0, as_sure_as_one_another).empty());
 }
 
 TEST(ReAssociation, TwoNamesAreTwoLandmarks) {
   const std::vector<MappedLandmark> map = {landmark(0, 0.0, 0.0), landmark(1, 0.1, 0.0),
                                            landmark(2, 5.0, 0.0), landmark(3, 5.1, 0.0)};
-  EXPECT_EQ(duplicates_in({}, map, kRangeFinder, 3, as_sure_as_one_another),
+  EXPECT_EQ(duplicates_in({}, map, kRangeFinder.max_range_m, 3, as_sure_as_one_another),
             (std::vector<LandmarkPair>{{2, 3}}));
 }
 
@@ -63,7 +65,9 @@ TEST(ReAssociation, ANameIsKeptAndNoOtherSightingOfTheInstantShowsItsLandmark) {
   LandmarkSensor precise;
   precise.range_sigma_m = 0.05;
   precise.bearing_sigma_rad = 0.02;
-  const ShownObservations again = reassociated({input.steps[0].observations}, input, smoothed, precise);
+  const ShownObservations seen = {input.steps[0].observations};
+  const ShownFromPath robot{seen, smoothed.trajectory, precise};
+  const ShownObservations again = reassociated(input, 0, {&robot, 1}, smoothed.map);
   EXPECT_EQ(again[0][0].landmark, 0);
   EXPECT_EQ(again[0][1].landmark, kUnknownLandmark);
   EXPECT_EQ(again[0][2].landmark, 1);
@@ -86,7 +90,8 @@ TEST(ReAssociation, FewerLandmarksExplainMore) {
   SmoothedSlam smoothed;
   smoothed.trajectory.poses = {{0.0, {}}, {1.0, {}}};
   const auto cost = [&](const ShownObservations& shown) {
-    return cost_of_explaining(shown, smoothed, kRangeFinder);
+    const ShownFromPath robot{shown, smoothed.trajectory, kRangeFinder};
+    return cost_of_explaining({&robot, 1}, smoothed.map);
   };
   EXPECT_LT(cost(one), cost(two));
   EXPECT_EQ(cost(none), cost(two));
@@ -123,7 +128,8 @@ struct LandmarkWithTwin {
     return parted;
   }
   [[nodiscard]] double cost(const ShownObservations& explanation) const {
-    return cost_of_explaining(explanation, smoothed, sensor);
+    const ShownFromPath robot{explanation, smoothed.trajectory, sensor};
+    return cost_of_explaining({&robot, 1}, smoothed.map);
   }
 };
 
@@ -135,7 +141,8 @@ TEST(ReAssociation, ALandmarkIsNotPartedInTwo) {
     const LandmarkWithTwin seen(seed);
     const auto n = static_cast<double>(seen.shown.size());
     EXPECT_GT(seen.cost(seen.by_range(5.0)) - seen.cost(seen.by_range(100.0)), 1.5 * 2.0 / kPi * n);
-    const ShownObservations again = reassociated(seen.shown, seen.input, seen.smoothed, seen.sensor);
+    const ShownFromPath robot{seen.shown, seen.smoothed.trajectory, seen.sensor};
+    const ShownObservations again = reassociated(seen.input, 0, {&robot, 1}, seen.smoothed.map);
     const auto shows_twin = [](const auto& step) { return step[0].landmark == LandmarkWithTwin::kTwin; };
     EXPECT_LE(std::ranges::count_if(again, shows_twin), 4)
         << seed;  // as few as it has: 1 in 6 lie nearer to it
@@ -160,7 +167,8 @@ TEST(ReAssociation, SightingsTakenForOthersAreTakenForWhatTheyShow) {
   SlamInput unidentified;
   unidentified.steps = world.steps;
   for (SlamStep& step : unidentified.steps) step.observations = hidden(step.observations);
-  const ShownObservations again = reassociated(wrong, unidentified, smoothed, kRangeFinder);
+  const ShownFromPath robot{wrong, smoothed.trajectory, kRangeFinder};
+  const ShownObservations again = reassociated(unidentified, 0, {&robot, 1}, smoothed.map);
   for (std::size_t k = 0; k < again.size(); ++k)
     for (std::size_t i = 0; i < again[k].size(); ++i) {
       ++sightings;

@@ -19,6 +19,7 @@ struct TeamOptions {
   Vector3 systematic_sigma = {0.01, 0.02, 0.01};
   double depth_share = 0.0;       ///< of all sensors
   Vector2 marker = {0.15, -0.1};  ///< on every body
+  double metre_sigma = 0.0;       ///< of each robot
   std::uint64_t seed = 1;
 };
 
@@ -28,6 +29,7 @@ struct Team {
   LandmarkSensor sensor{{0.2, 0.05, 0.1}, 0.05, radians(1.0), 7.0, 0.0};
   Vector2 marker;
   Vector3 systematic_sigma;
+  double metre_sigma = 0.0;
   std::vector<Vector2> landmarks;
   std::vector<SlamInput> inputs;
   std::vector<std::vector<Pose2>> truth;  ///< by robot, after each step
@@ -52,9 +54,31 @@ inline bool is_seen(const LandmarkSensor& sensor, const Pose2& body, const Vecto
          (sensor.depth_share == 0.0 || std::abs(std::atan2(ahead.y(), ahead.x())) < kHalfPicture_rad);
 }
 
+/// Each robot's ranges and ways are too long by a share, but not by one that all have in common.
+inline void make_metres_differ(Team& team, Random& random) {
+  const std::size_t robots = team.inputs.size();
+  std::vector<double> metres;
+  double in_common = 0.0;
+  for (std::size_t r = 0; r < robots; ++r) {
+    metres.push_back(random.normal(team.metre_sigma));
+    in_common += metres.back() / static_cast<double>(robots);
+  }
+  for (std::size_t r = 0; r < robots; ++r) {
+    const double longer = 1.0 + metres[r] - in_common;
+    for (SlamStep& step : team.inputs[r].steps) {
+      step.motion.mean.x *= longer;
+      step.motion.mean.y *= longer;
+      for (Observation& seen : step.observations) seen.range_m *= longer;
+    }
+    for (RobotSighting& sighting : team.seen)
+      if (sighting.seer == r) sighting.observation.range_m *= longer;
+  }
+}
+
 inline Team team_of(const TeamOptions& options = {}) {
   Team team{.marker = options.marker,
             .systematic_sigma = options.systematic_sigma,
+            .metre_sigma = options.metre_sigma,
             .landmarks = {},
             .inputs = {},
             .truth = {},
@@ -96,6 +120,7 @@ inline Team team_of(const TeamOptions& options = {}) {
           team.seen.push_back({a, k, b, k,
                                reading_of(team.sensor, team.truth[a][k], team.truth[b][k] * team.marker,
                                           kUnknownLandmark, random)});
+  if (options.metre_sigma > 0.0) make_metres_differ(team, random);
   return team;
 }
 
@@ -108,6 +133,7 @@ inline std::vector<RobotRecording> recordings_of(const Team& team) {
                          .sensor = team.sensor,
                          .prior = {.systematic_sigma = team.systematic_sigma},
                          .name = "robot " + std::to_string(i),
+                         .metre_sigma = team.metre_sigma,
                          .marker_on_body = team.marker};
     if (input.observations() == 0) {
       Pose2 pose;

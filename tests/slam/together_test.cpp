@@ -69,7 +69,7 @@ TEST(RobotResidual, DerivativesAreThoseOfSmallMoves) {
 }
 
 /// Everything in one dense vector, derivatives by differences: [robot, step] poses, landmarks, systematic
-/// errors.
+/// errors, and by how much the metres of two robots differ.
 class DenseTogether {
  public:
   explicit DenseTogether(const test::Team& team) : team_(team) {}
@@ -96,19 +96,23 @@ class DenseTogether {
         for (const Observation& seen : step.observations) {
           const auto number = static_cast<std::size_t>(seen.landmark);
           is_seen[number] = true;
-          see(pose(x, r, k), x.segment<2>(landmark(number)), seen, all);
+          see(pose(x, r, k), x.segment<2>(landmark(number)), metre(x, r), seen, all);
         }
         if (r > 0 && k == 0) continue;  // nobody knows where it starts
         const Pose2 from = k == 0 ? Pose2{} : pose(x, r, k - 1);
-        const Vector3 e = log(step.motion.mean.inverse() * (from.inverse() * pose(x, r, k))).vector() -
-                          step.motion.by_systematic * p;
+        const Pose2& mean = step.motion.mean;
+        const Vector2 ahead = metre(x, r) * (rotation(-mean.heading) * mean.translation());
+        const Vector3 e = log(mean.inverse() * (from.inverse() * pose(x, r, k))).vector() -
+                          step.motion.by_systematic * p + Vector3(ahead.x(), ahead.y(), 0.0);
         for (Eigen::Index i = 0; i < 3; ++i)
           all.push_back(e[i] / std::sqrt(step.motion.covariance(i, i) + 1e-12));
       }
     }
     for (const RobotSighting& sighting : team_.seen)
       see(pose(x, sighting.seer, sighting.seer_step),
-          pose(x, sighting.seen, sighting.seen_step) * team_.marker, sighting.observation, all);
+          pose(x, sighting.seen, sighting.seen_step) * team_.marker, metre(x, sighting.seer),
+          sighting.observation, all);
+    all.push_back(x[size() - 1]);
     for (std::size_t i = 0; i < is_seen.size(); ++i)  // what nobody saw is anywhere, and ties nothing
       for (Eigen::Index axis = 0; axis < 2 && !is_seen[i]; ++axis)
         all.push_back(x[landmark(i) + axis] - team_.landmarks[i][axis]);
@@ -134,19 +138,25 @@ class DenseTogether {
   Eigen::Index parameters(std::size_t robot) const {
     return landmark(team_.landmarks.size()) + 3 * static_cast<Eigen::Index>(robot);
   }
+  /// By what that of a robot is off.
+  double metre(const Eigen::VectorXd& x, std::size_t robot) const {
+    return (robot == 0 ? 1.0 : -1.0) * team_.metre_sigma / std::sqrt(2.0) * x[size() - 1];
+  }
 
  private:
   std::size_t steps() const { return team_.truth.front().size(); }
-  Eigen::Index size() const { return parameters(team_.inputs.size()); }
+  Eigen::Index size() const { return parameters(team_.inputs.size()) + 1; }
   Pose2 pose(const Eigen::VectorXd& x, std::size_t robot, std::size_t step) const {
     const Eigen::Index i = at(robot, step);
     return {x[i], x[i + 1], x[i + 2]};
   }
-  void see(const Pose2& body, const Vector2& place, const Observation& seen, std::vector<double>& all) const {
+  void see(const Pose2& body, const Vector2& place, double metre, const Observation& seen,
+           std::vector<double>& all) const {
     const LandmarkSensor& sensor = team_.sensor;
     const Vector2 ahead = (body * sensor.body_from_sensor).inverse() * place;
     const double bearing = std::atan2(ahead.y(), ahead.x());
-    const double depth = ahead.norm() * (1.0 - sensor.depth_share * (1.0 - std::cos(bearing)));
+    const double depth =
+        (1.0 + metre) * ahead.norm() * (1.0 - sensor.depth_share * (1.0 - std::cos(bearing)));
     const double read = seen.range_m * (1.0 - sensor.depth_share * (1.0 - std::cos(seen.bearing_rad)));
     all.push_back((read - depth) / sensor.range_sigma_m);
     all.push_back(wrap_angle(seen.bearing_rad - bearing) / sensor.bearing_sigma_rad);
@@ -155,10 +165,10 @@ class DenseTogether {
   const test::Team& team_;
 };
 
-// Cameras that read depths, of landmarks and of each other: estimate and covariance of everything.
-TEST(Together, IsWhatDenseLeastSquaresOverAllStatesGives) {
-  const test::Team team =
-      test::team_of({.robots = 2, .steps = 8, .landmarks = 20, .depth_share = 1.0, .seed = 4});
+/// Cameras that read depths, of landmarks and of each other: estimate and covariance of everything.
+void expect_dense_least_squares(double metre_sigma) {
+  const test::Team team = test::team_of(
+      {.robots = 2, .steps = 8, .landmarks = 20, .depth_share = 1.0, .metre_sigma = metre_sigma, .seed = 4});
   ASSERT_FALSE(team.seen.empty());
   for (const SlamInput& input : team.inputs)  // so that every step is an unknown, as here
     for (const SlamStep& step : input.steps) ASSERT_FALSE(step.observations.empty());
@@ -202,6 +212,14 @@ TEST(Together, IsWhatDenseLeastSquaresOverAllStatesGives) {
       EXPECT_NEAR(std::sqrt(joint.robots[r].last.systematic_covariance(i, i)), sigma[i], 1e-3 * sigma[i]);
     }
   }
+  for (std::size_t r = 0; r < 2; ++r) EXPECT_NEAR(joint.robots[r].metre, dense.metre(x, r), 1e-6);
+  const double metre_variance = covariance.diagonal().tail(1)[0] * metre_sigma * metre_sigma / 2.0;
+  EXPECT_NEAR(joint.robots[0].metre_sigma, std::sqrt(metre_variance), 1e-3 * metre_sigma);
+}
+
+TEST(Together, IsWhatDenseLeastSquaresOverAllStatesGives) {
+  expect_dense_least_squares(0.0);
+  expect_dense_least_squares(0.02);
 }
 
 /// Sums of squared errors in their covariances over many worlds.
@@ -244,6 +262,12 @@ TEST(Together, ErrorsAreAsLargeAsItsCovariancesSay) {
 
 TEST(Together, ErrorsOfCamerasAreAsLargeAsItsCovariancesSay) {
   const ErrorsTogether sum = consistency_of({.robots = 2, .depth_share = 1.0}, test::trials(60, 8));
+  expect_consistent(sum.pose, 3 * sum.poses);
+  expect_consistent(sum.of_map, 2 * sum.landmarks);
+}
+
+TEST(Together, ErrorsOfRobotsWhoseMetresDifferAreAsLargeAsItsCovariancesSay) {
+  const ErrorsTogether sum = consistency_of({.robots = 3, .metre_sigma = 0.03}, test::trials(60, 8));
   expect_consistent(sum.pose, 3 * sum.poses);
   expect_consistent(sum.of_map, 2 * sum.landmarks);
 }

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "trundle/io/error.hpp"
+#include "trundle/odometry/uncertain.hpp"
 #include "trundle/pipeline/sound.hpp"
 #include "trundle/recording/landmark_file.hpp"
 #include "trundle/recording/trajectory_file.hpp"
@@ -162,6 +163,12 @@ void number_unidentified(LandmarkId named, LandmarkId& next, ShownObservations& 
     }
 }
 
+/// As well as its sensor's ranges are known in proportion.
+double metre_sigma_of(const Robot& robot) {
+  const Parameter scale{ParameterKind::sensor_range_scale, -1};
+  return std::sqrt(odometry::with_usual_parameters({scale}, robot).covariance(0, 0));
+}
+
 /// The step at a stamp that the odometry was cut at.
 std::optional<std::size_t> step_at(const SlamInput& input, double time_s) {
   const auto at = std::ranges::lower_bound(input.steps, time_s, {}, &SlamStep::time_s);
@@ -205,6 +212,7 @@ Json robot_json(const TogetherAnswer& answer, std::size_t i) {
       {"robot_outliers", robot.robot_outliers},
       {"nis", robot.nis},
       {"robot_nis", robot.robot_nis},
+      {"metre", {{"share", robot.metre}, {"sigma", robot.metre_sigma}}},
       {"end",
        {{"time_s", end.time_s}, {"x_m", end.pose.x}, {"y_m", end.pose.y}, {"heading_rad", end.pose.heading}}},
       {"systematic_errors", systematic_json(answer.systematic[i], robot.last)}};
@@ -265,6 +273,7 @@ TogetherAnswer answer_together(std::vector<TeamRobot> team, const SlamQuestion& 
                           .shown = std::move(robots[i].shown),
                           .path = std::move(robots[i].path),
                           .systematic = robots[i].systematic,
+                          .metre_sigma = metre_sigma_of(team[i].robot.robot),
                           .marker_sigma_m = question.marker_sigma_m,
                           .marker_on_body = team[i].robot.robot.marker_on_body});
     answer.systematic.push_back(systematic);

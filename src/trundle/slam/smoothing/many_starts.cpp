@@ -66,7 +66,8 @@ SmoothedSlam smooth_from_many(const SlamInput& input, const LandmarkSensor& sens
                               const SlamResult& filtered, const SlamOptions& filter, std::size_t runs,
                               const SmootherOptions& options) {
   const auto cost_of = [&](const SmoothedSlam& smoothed) {
-    return smoothed.counts.cost + cost_of_explaining(smoothed.shown, smoothed, sensor);
+    const ShownFromPath robot{smoothed.shown, smoothed.trajectory, sensor};
+    return smoothed.counts.cost + cost_of_explaining({&robot, 1}, smoothed.map);
   };
   SmoothedSlam best = smooth(input, sensor, filtered, options);
   if (!input.has_unidentified()) return best;

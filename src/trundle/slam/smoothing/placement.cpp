@@ -251,8 +251,9 @@ bool FramePlacement::is_placed_along_meetings(std::size_t robot) {
                    {.most_iterations = options_.most_iterations, .enough = options_.enough});
   if (!minimiser.linearise(problem, minimum.state)) return false;
   Trajectory path = track.trajectory(minimum.state, minimiser);
-  const Pose2 start = start_of(recording, path);
-  add(robot, {start, std::move(path), linking.size()});
+  PlacedPath placed = path_from_start(recording, std::move(path));
+  placed.shared = linking.size();
+  add(robot, std::move(placed));
   return true;
 }
 
@@ -313,6 +314,11 @@ RobotLink link_of(const RobotSighting& sighting, std::span<const RobotRecording>
           .sensor = static_cast<int>(sighting.seer),
           .marker_on_seen = robots[sighting.seen].marker_on_body,
           .marker_sigma_m = robots[sighting.seen].marker_sigma_m};
+}
+
+PlacedPath path_from_start(const RobotRecording& robot, Trajectory path) {
+  const Pose2 start = start_of(robot, path);
+  return {start, std::move(path)};
 }
 
 std::vector<PlacedPath> placed_paths(std::span<const RobotRecording> robots,

@@ -31,6 +31,9 @@ struct Turned {
 [[nodiscard]] RobotLink link_of(const RobotSighting& sighting, std::span<const RobotRecording> robots,
                                 int pose_of_seer, int pose_of_seen);
 
+/// A path after each step of a robot, with where it began.
+[[nodiscard]] PlacedPath path_from_start(const RobotRecording& robot, Trajectory path);
+
 /// A start for the minimisation: from robot to robot, each is laid where what it shares with those before it
 /// fits (robust_rigid_motion); one that saw no landmark follows the sightings of robots along their paths.
 /// Those after one that is turned are laid by what they share with it, too. docs/theory/together.md. Throws

@@ -23,8 +23,8 @@ double cost_of_none(const LandmarkSensor& sensor) {
 }
 
 /// A map in a grid.
-LandmarkGrid placed(std::span<const MappedLandmark> map, const LandmarkSensor& sensor) {
-  LandmarkGrid grid(kCellShare * sensor.max_range_m);
+LandmarkGrid placed(std::span<const MappedLandmark> map, double max_range_m) {
+  LandmarkGrid grid(kCellShare * max_range_m);
   for (std::size_t i = 0; i < map.size(); ++i) grid.put(i, map[i].position);
   return grid;
 }
@@ -34,38 +34,22 @@ double sigma_of(const MappedLandmark& landmark) {
 }
 
 /// Pairs that were seen in one instant: two landmarks.
-std::set<LandmarkPair> seen_together(const ShownObservations& shown) {
+std::set<LandmarkPair> seen_together(std::span<const ShownObservations> shown) {
   std::set<LandmarkPair> pairs;
-  for (const auto& step : shown)
-    for (const Observation& a : step)
-      for (const Observation& b : step)
-        if (a.landmark >= 0 && a.landmark < b.landmark) pairs.emplace(a.landmark, b.landmark);
+  for (const ShownObservations& by_one : shown)
+    for (const auto& step : by_one)
+      for (const Observation& a : step)
+        for (const Observation& b : step)
+          if (a.landmark >= 0 && a.landmark < b.landmark) pairs.emplace(a.landmark, b.landmark);
   return pairs;
 }
 
-/// At how many instants the sensor saw each landmark, and at how many it looked there: eq. 14a.
+/// At how many instants sensors saw each landmark, and at how many they looked there: eq. 14a.
 class Detections {
  public:
-  Detections(const ShownObservations& shown, const SmoothedSlam& smoothed, const LandmarkSensor& sensor)
-      : counts_(smoothed.map.size()) {
-    Visibility view(sensor.max_range_m);
-    for (const auto& step : shown)
-      for (const Observation& observation : step)
-        if (is_valid(observation)) view.add_seen(observation.range_m, observation.bearing_rad);
-    const LandmarkGrid map = placed(smoothed.map, sensor);
-    std::vector<std::size_t> near;
-    for (std::size_t k = 0; k < shown.size(); ++k) {
-      if (shown[k].empty()) continue;
-      const Pose2& pose = smoothed.trajectory.poses[k].pose;
-      map.near((pose * sensor.body_from_sensor).translation(), view.reach_m(), smoothed.map.size(), near);
-      for (const std::size_t i : near) {
-        const MappedLandmark& landmark = smoothed.map[i];
-        const ExpectedReading there = expected_reading(pose, sensor.body_from_sensor, landmark.position);
-        if (!view.covers(there.range_m, there.bearing_rad)) continue;
-        const bool seen = std::ranges::find(shown[k], landmark.id, &Observation::landmark) != shown[k].end();
-        (seen ? counts_[i].seen : counts_[i].missed) += 1.0;
-      }
-    }
+  Detections(std::span<const ShownFromPath> robots, std::span<const MappedLandmark> map)
+      : counts_(map.size()) {
+    for (const ShownFromPath& robot : robots) count(robot, map);
   }
 
   /// −2 log of how probable the numbers are, any rate of detection being as probable as another.
@@ -86,28 +70,51 @@ class Detections {
     double seen = 0.0;
     double missed = 0.0;
   };
+
+  void count(const ShownFromPath& robot, std::span<const MappedLandmark> map) {
+    Visibility view(robot.sensor.max_range_m);
+    for (const auto& step : robot.shown)
+      for (const Observation& observation : step)
+        if (is_valid(observation)) view.add_seen(observation.range_m, observation.bearing_rad);
+    const LandmarkGrid grid = placed(map, robot.sensor.max_range_m);
+    std::vector<std::size_t> near;
+    for (std::size_t k = 0; k < robot.shown.size(); ++k) {
+      const std::vector<Observation>& step = robot.shown[k];
+      if (step.empty()) continue;
+      const Pose2& pose = robot.path.poses[k].pose;
+      grid.near((pose * robot.sensor.body_from_sensor).translation(), view.reach_m(), map.size(), near);
+      for (const std::size_t i : near) {
+        const ExpectedReading there = expected_reading(pose, robot.sensor.body_from_sensor, map[i].position);
+        if (!view.covers(there.range_m, there.bearing_rad)) continue;
+        const bool seen = std::ranges::find(step, map[i].id, &Observation::landmark) != step.end();
+        (seen ? counts_[i].seen : counts_[i].missed) += 1.0;
+      }
+    }
+  }
+
   std::vector<Count> counts_;  ///< of each landmark of the map
 };
 
-/// What a sighting may show, from a smoothed pose.
+/// What a sighting of one of the robots may show, from its smoothed pose.
 class Candidates {
  public:
-  Candidates(const ShownObservations& shown, const SmoothedSlam& smoothed, const LandmarkSensor& sensor)
-      : smoothed_(smoothed),
-        sensor_(sensor),
-        R_(reading_covariance(sensor)),
-        map_(placed(smoothed.map, sensor)),
-        detections_(shown, smoothed, sensor) {}
+  Candidates(std::size_t robot, std::span<const ShownFromPath> robots, std::span<const MappedLandmark> map)
+      : robot_(robots[robot]),
+        landmarks_(map),
+        R_(reading_covariance(robot_.sensor)),
+        map_(placed(map, robot_.sensor.max_range_m)),
+        detections_(robots, map) {}
 
   std::vector<Fit> fits(std::size_t step, const Observation& observation) {
-    const Pose2& pose = smoothed_.trajectory.poses[step].pose;
-    const SightedLandmark there = sighted_landmark(pose, sensor_.body_from_sensor, observation);
+    const Pose2& pose = robot_.path.poses[step].pose;
+    const Pose2& body_from_sensor = robot_.sensor.body_from_sensor;
+    const SightedLandmark there = sighted_landmark(pose, body_from_sensor, observation);
     const Matrix2 spread = there.spread(R_);
     map_.near(there.in_world, kSigmas * std::sqrt(spread.trace()), kMostShown, near_);
     std::vector<Fit> fits;
     for (const std::size_t i : near_) {
-      const MappedLandmark& m = smoothed_.map[i];
-      const ExpectedReading expected = expected_reading(pose, sensor_.body_from_sensor, m.position);
+      const MappedLandmark& m = landmarks_[i];
+      const ExpectedReading expected = expected_reading(pose, body_from_sensor, m.position);
       const Vector2 innovation = innovation_of(observation, expected);
       const double nis = innovation.dot(R_.inverse() * innovation);
       fits.push_back({m.id, nis, nis + cost_at_peak(R_) + detections_.cost_of_seeing(i)});
@@ -116,8 +123,8 @@ class Candidates {
   }
 
  private:
-  const SmoothedSlam& smoothed_;
-  const LandmarkSensor& sensor_;
+  const ShownFromPath& robot_;
+  std::span<const MappedLandmark> landmarks_;
   Matrix2 R_;
   LandmarkGrid map_;
   Detections detections_;
@@ -127,29 +134,31 @@ class Candidates {
 }  // namespace
 
 // Eq. 14.
-double cost_of_explaining(const ShownObservations& shown, const SmoothedSlam& smoothed,
-                          const LandmarkSensor& sensor) {
-  const double none = cost_of_none(sensor);
-  const double density = cost_at_peak(reading_covariance(sensor));
+double cost_of_explaining(std::span<const ShownFromPath> robots, std::span<const MappedLandmark> map) {
   std::set<LandmarkId> landmarks;
-  double cost = Detections(shown, smoothed, sensor).cost();
-  for (const auto& step : shown)
-    for (const Observation& observation : step) {
-      if (!is_valid(observation)) continue;
-      const bool is_first = observation.landmark >= 0 && landmarks.insert(observation.landmark).second;
-      cost += observation.landmark < 0 || is_first ? none : density;
-    }
+  double cost = Detections(robots, map).cost();
+  for (const ShownFromPath& robot : robots) {
+    const double none = cost_of_none(robot.sensor);
+    const double density = cost_at_peak(reading_covariance(robot.sensor));
+    for (const auto& step : robot.shown)
+      for (const Observation& observation : step) {
+        if (!is_valid(observation)) continue;
+        const bool is_first = observation.landmark >= 0 && landmarks.insert(observation.landmark).second;
+        cost += observation.landmark < 0 || is_first ? none : density;
+      }
+  }
   return cost;
 }
 
 // Eq. 15.
-std::vector<LandmarkPair> duplicates_in(const ShownObservations& shown, std::span<const MappedLandmark> map,
-                                        const LandmarkSensor& sensor, LandmarkId first_unidentified,
+std::vector<LandmarkPair> duplicates_in(std::span<const ShownObservations> shown,
+                                        std::span<const MappedLandmark> map, double max_range_m,
+                                        LandmarkId first_unidentified,
                                         const DifferenceCovariance& covariance) {
   const std::set<LandmarkPair> different = seen_together(shown);
   const double gate = AssociationOptions{}.gate;
-  const double anywhere = cost_of_any_place(sensor.max_range_m);
-  LandmarkGrid grid = placed(map, sensor);
+  const double anywhere = cost_of_any_place(max_range_m);
+  const LandmarkGrid grid = placed(map, max_range_m);
   std::vector<std::pair<double, LandmarkPair>> alike;
   std::vector<std::size_t> near;
   for (const MappedLandmark& a : map) {
@@ -190,9 +199,11 @@ ShownObservations with_merged(ShownObservations shown, std::span<const LandmarkP
 }
 
 // Eq. 16.
-ShownObservations reassociated(ShownObservations shown, const SlamInput& input, const SmoothedSlam& smoothed,
-                               const LandmarkSensor& sensor) {
-  Candidates candidates(shown, smoothed, sensor);
+ShownObservations reassociated(const SlamInput& input, std::size_t robot,
+                               std::span<const ShownFromPath> robots, std::span<const MappedLandmark> map) {
+  const LandmarkSensor& sensor = robots[robot].sensor;
+  ShownObservations shown = robots[robot].shown;
+  Candidates candidates(robot, robots, map);
   const AssociationOptions options{.gate = cost_of_none(sensor) - cost_at_peak(reading_covariance(sensor)),
                                    .max_range_m = sensor.max_range_m};
   for (std::size_t k = 0; k < shown.size(); ++k) {

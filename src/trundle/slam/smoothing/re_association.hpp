@@ -5,18 +5,26 @@
 #include <utility>
 #include <vector>
 
-#include "trundle/slam/smoothing/smoother.hpp"
+#include "trundle/slam/slam.hpp"
+#include "trundle/slam/smoothing/shown.hpp"
 
 namespace trundle::slam {
 
-// Which landmarks unidentified sightings show, given the whole smoothed path and map: batch re-association.
-// docs/theory/re-association.md.
+// Which landmarks unidentified sightings show, given whole smoothed paths and their map: batch
+// re-association. docs/theory/re-association.md.
 
-/// −2 log of how probable it is that sightings show what they are said to, beyond the smoother's cost: the
-/// fewer landmarks there are, the fewer sightings show none of them, and the more regularly each is seen from
-/// where the sensor sees that far, the better. Eq. 14.
-[[nodiscard]] double cost_of_explaining(const ShownObservations& shown, const SmoothedSlam& smoothed,
-                                        const LandmarkSensor& sensor);
+/// What the sightings of one robot are said to show, and the smoothed path that it saw them from.
+struct ShownFromPath {
+  const ShownObservations& shown;
+  const Trajectory& path;  ///< after each step
+  const LandmarkSensor& sensor;
+};
+
+/// −2 log of how probable it is that sightings of robots with one map show what they are said to, beyond the
+/// smoother's cost: the fewer landmarks there are, the fewer sightings show none of them, and the more
+/// regularly each is seen from where a sensor sees that far, the better. Eq. 14.
+[[nodiscard]] double cost_of_explaining(std::span<const ShownFromPath> robots,
+                                        std::span<const MappedLandmark> map);
 
 /// Covariance of the difference of two landmarks' positions.
 using DifferenceCovariance = std::function<Matrix2(LandmarkId, LandmarkId)>;
@@ -24,20 +32,20 @@ using LandmarkPair = std::pair<LandmarkId, LandmarkId>;
 
 /// Pairs of landmarks that are, as far as the map shows, the same one mapped twice; the clearest first, no
 /// landmark in two of them, none that were seen in the same instant; the second of each has no name. Eq. 15.
-/// Each pair is judged alone, for smooth() takes back what does not lower the cost; online there is no way
+/// Each pair is judged alone, for the batch takes back what does not lower the cost; online there is no way
 /// back, so all are judged together there (docs/theory/online-smoother.md, eq. 25).
-[[nodiscard]] std::vector<LandmarkPair> duplicates_in(const ShownObservations& shown,
-                                                      std::span<const MappedLandmark> map,
-                                                      const LandmarkSensor& sensor,
+[[nodiscard]] std::vector<LandmarkPair> duplicates_in(std::span<const ShownObservations> shown,
+                                                      std::span<const MappedLandmark> map, double max_range_m,
                                                       LandmarkId first_unidentified,
                                                       const DifferenceCovariance& covariance);
 /// The second of each pair becomes the first.
 [[nodiscard]] ShownObservations with_merged(ShownObservations shown, std::span<const LandmarkPair> pairs);
 
-/// The most probable explanation of each instant from the smoothed pose, by the landmarks of the map. What
-/// has a name keeps it. Eq. 16.
-[[nodiscard]] ShownObservations reassociated(ShownObservations shown, const SlamInput& input,
-                                             const SmoothedSlam& smoothed, const LandmarkSensor& sensor);
+/// The most probable explanation of each instant of one of the robots from its smoothed pose, by the
+/// landmarks of the map. What has a name in its input keeps it. Eq. 16.
+[[nodiscard]] ShownObservations reassociated(const SlamInput& input, std::size_t robot,
+                                             std::span<const ShownFromPath> robots,
+                                             std::span<const MappedLandmark> map);
 
 /// Whether all sightings show the same in both.
 [[nodiscard]] bool are_same_associations(const ShownObservations& a, const ShownObservations& b);

@@ -26,15 +26,16 @@ SensorScores sensor_scores(const SmoothingProblem& problem, const SmoothingState
     squares += a.colwise().squaredNorm().transpose();
     by_unknowns.middleRows<3>(linearised.row_of_pose(link.pose)) += r.by_pose.transpose() * W_a;
     by_unknowns.middleRows<2>(linearised.row_of_landmark(link.landmark)) += r.by_landmark.transpose() * W_a;
-    if (problem.sensor_errors.cols() > 0)
-      by_unknowns.middleRows(linearised.row_of_parameters(), problem.sensor_errors.cols()) +=
-          (r.by_sensor * problem.sensor_errors).transpose() * W_a;
+    if (problem.sensor_errors.empty()) continue;
+    const Eigen::Matrix2Xd by_parameters = through_errors_of(link.sensor, problem, r.by_sensor);
+    by_unknowns.middleRows(linearised.row_of_parameters(), by_parameters.cols()) +=
+        by_parameters.transpose() * W_a;
   }
   SensorScores scores;
   for (Eigen::Index i = 0; i < 3; ++i)
     information.col(i) -= by_unknowns.transpose() * linearised.solve(by_unknowns.col(i));
   for (Eigen::Index i = 0; i < 3; ++i) {
-    if (problem.sensor_errors.row(kErrors[i]).isZero(0.0)) continue;
+    if (problem.sensor_errors.empty() || problem.sensor_errors.front().row(kErrors[i]).isZero(0.0)) continue;
     score[i] = 0.0;  // a parameter is it: there is nothing left to find
     information.row(i).setZero();
     information.col(i).setZero();

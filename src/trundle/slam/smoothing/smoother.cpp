@@ -6,7 +6,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/slam/nth.hpp"
 #include "trundle/slam/smoothing/counted_errors.hpp"
-#include "trundle/slam/smoothing/re_association.hpp"
+#include "trundle/slam/smoothing/re_association_search.hpp"
 #include "trundle/slam/smoothing/shown.hpp"
 #include "trundle/slam/smoothing/smoother_start.hpp"
 #include "trundle/slam/smoothing/solver/minimise.hpp"
@@ -63,6 +63,8 @@ class Smoothing {
         {minimum_near(problem_, track_.at_keyframes(start), *minimiser_, minimise_options()), starts});
   }
 
+  const LandmarkSensor& sensor() const { return problem_.sensors.front(); }
+
   /// After either.
   Eigen::MatrixXd map_covariance() const {
     return minimiser_->map_covariance(track_.first_landmark(), static_cast<int>(track_.landmarks().size()));
@@ -110,66 +112,20 @@ SmoothedSlam Smoothing::result(const Found& found) {
   return result;
 }
 
-/// What the sightings show, and the smoothed trajectory and map if they do.
-struct Explanation {
-  ShownObservations shown;
+/// The explanation of a robot alone.
+struct SmoothedExplanation {
+  std::vector<ShownObservations> shown;  ///< by this one robot
   Smoothing smoothing;
   SmoothedSlam smoothed;
-  double cost;  ///< docs/theory/smoother.md, eq. 4; docs/theory/re-association.md, eq. 14
-};
+  double cost = smoothed.counts.cost + cost_of_explaining(robots(), smoothed.map);
 
-/// Asks again what sightings without names show, as long as that explains them better: first whether
-/// landmarks are one and the same, all at once or else the clearest pair; then each instant for itself.
-class ReAssociation {
- public:
-  ReAssociation(const SlamInput& input, const LandmarkSensor& sensor, const SmootherOptions& options,
-                Systematic reference, Explanation first)
-      : input_(input),
-        sensor_(sensor),
-        options_(options),
-        reference_(std::move(reference)),
-        best_(std::move(first)) {}
-
-  SmoothedSlam improved() {
-    for (int round = 0; round < kMostRounds; ++round) {
-      const bool merged = merge_duplicates();
-      if (!reassociate() && !merged) break;
-    }
-    best_.smoothed.map_covariance = best_.smoothing.map_covariance();
-    best_.smoothed.shown = std::move(best_.shown);
-    return std::move(best_.smoothed);
+  std::vector<ShownFromPath> robots() const {
+    return {{shown.front(), smoothed.trajectory, smoothing.sensor()}};
   }
-
- private:
-  /// Each round has lowered the cost; what is still to gain after some is not worth another smoothing.
-  static constexpr int kMostRounds = 5;
-
-  bool merge_duplicates() {
-    const std::vector<LandmarkPair> duplicates = duplicates_in(
-        best_.shown, best_.smoothed.map, sensor_, input_.first_unidentified(),
-        [&](LandmarkId a, LandmarkId b) { return best_.smoothing.difference_covariance(a, b); });
-    if (duplicates.empty()) return false;
-    return is_better(with_merged(best_.shown, duplicates)) ||
-           (duplicates.size() > 1 && is_better(with_merged(best_.shown, std::span(duplicates).first(1))));
+  std::span<const MappedLandmark> map() const { return smoothed.map; }
+  Matrix2 difference_covariance(LandmarkId a, LandmarkId b) const {
+    return smoothing.difference_covariance(a, b);
   }
-  bool reassociate() { return is_better(reassociated(best_.shown, input_, best_.smoothed, sensor_)); }
-
-  /// Then it is the best from now on.
-  bool is_better(ShownObservations shown) {
-    if (are_same_associations(shown, best_.shown)) return false;
-    Smoothing smoothing(input_, shown, sensor_, options_, reference_);
-    SmoothedSlam smoothed = smoothing.from_smoothed(best_.smoothed.trajectory, best_.smoothed.counts.starts);
-    const double cost = smoothed.counts.cost + cost_of_explaining(shown, smoothed, sensor_);
-    if (cost >= best_.cost) return false;
-    best_ = {std::move(shown), std::move(smoothing), std::move(smoothed), cost};
-    return true;
-  }
-
-  const SlamInput& input_;
-  const LandmarkSensor& sensor_;
-  SmootherOptions options_;
-  Systematic reference_;
-  Explanation best_;
 };
 
 }  // namespace
@@ -184,9 +140,19 @@ SmoothedSlam smooth(const SlamInput& input, const LandmarkSensor& sensor, const 
     smoothed.shown = std::move(shown);
     return smoothed;
   }
-  const double cost = smoothed.counts.cost + cost_of_explaining(shown, smoothed, sensor);
-  Explanation first{std::move(shown), std::move(smoothing), std::move(smoothed), cost};
-  return ReAssociation(input, sensor, options, filtered.last.systematic, std::move(first)).improved();
+  const auto explain = [&](std::vector<ShownObservations> other, const SmoothedExplanation& best) {
+    Smoothing again(input, other.front(), sensor, options, filtered.last.systematic);
+    SmoothedSlam found = again.from_smoothed(best.smoothed.trajectory, best.smoothed.counts.starts);
+    return SmoothedExplanation{std::move(other), std::move(again), std::move(found)};
+  };
+  const SlamInput* const inputs[] = {&input};
+  SmoothedExplanation best =
+      ReAssociation(inputs, explain,
+                    SmoothedExplanation{{std::move(shown)}, std::move(smoothing), std::move(smoothed)})
+          .improved();
+  best.smoothed.map_covariance = best.smoothing.map_covariance();
+  best.smoothed.shown = std::move(best.shown.front());
+  return std::move(best.smoothed);
 }
 
 }  // namespace trundle::slam

@@ -17,6 +17,7 @@ struct RobotRecording {
   ShownObservations shown = {};  ///< with landmarks' numbers that all robots share
   Trajectory path = {};  ///< after each step, in any frame; of a robot that saw no landmark: its odometry's
   Systematic systematic = {};                ///< what its systematic errors were taken for
+  double metre_sigma = 0.0;                  ///< 1σ of what its ranges and ways are too long by, as a share
   double marker_sigma_m = 0.0;               ///< 1σ of where on its marker others see it
   Vector2 marker_on_body = Vector2::Zero();  ///< what others see of it [m]
 };
@@ -35,10 +36,12 @@ struct RobotEstimate {
   Trajectory trajectory;   ///< after each step, with covariance
   PoseEstimate last = {};  ///< after the last step, with the odometry's systematic errors
   std::vector<BiasEstimate> bias = {};
-  std::size_t poses = 0;            ///< keyframes
-  std::size_t landmarks = 0;        ///< that it saw
-  std::size_t sightings = 0;        ///< of landmarks
-  std::size_t outliers = 0;         ///< of them
+  double metre = 0.0;         ///< what its ranges and ways are too long by, as a share, beside what all are
+  double metre_sigma = 0.0;   ///< 1σ of it
+  std::size_t poses = 0;      ///< keyframes
+  std::size_t landmarks = 0;  ///< that it saw
+  std::size_t sightings = 0;  ///< of landmarks
+  std::size_t outliers = 0;   ///< of them
   std::size_t robot_sightings = 0;  ///< of other robots
   std::size_t robot_outliers = 0;   ///< of them
   double robot_nis = 0.0;           ///< median |f|² of what it saw of robots; 1.39 if consistent
@@ -53,8 +56,8 @@ struct JointSlam {
   SmootherCounts counts;           ///< its sightings are those of landmarks and robots
 };
 
-/// One least-squares problem of all robots: each has its chain of poses, systematic errors, gyro bias and
-/// sensor; landmarks are shared by their numbers, sightings of robots link two chains; the first robot's
+/// One least-squares problem of all robots: each has its chain of poses, systematic errors, gyro bias, sensor
+/// and metre; landmarks are shared by their numbers, sightings of robots link two chains; the first robot's
 /// start is the frame, those of others are unknown. docs/theory/together.md. Throws CannotAnswer where a
 /// robot shares too little with the others for its place among them to be known.
 [[nodiscard]] JointSlam smooth_together(std::span<const RobotRecording> robots,

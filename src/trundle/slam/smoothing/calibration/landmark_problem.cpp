@@ -195,8 +195,8 @@ JointProblem joint_problem(std::span<const AssociatedRecording> all, const Robot
                      {}};
   if (std::ranges::any_of(free.parameters,
                           [](const Parameter& p) { return is_of_landmark_sensor(p.kind); })) {
-    joint.problem.sensor_errors =
-        sensor_errors_of(*robot.landmark_sensor, free.parameters) * common_columns(free);
+    joint.problem.sensor_errors = {sensor_errors_of(*robot.landmark_sensor, free.parameters) *
+                                   common_columns(free)};
   }
   for (std::size_t i = 0; i < all.size(); ++i) {
     LandmarkNumbers own;  // each recording has its own map

@@ -19,12 +19,13 @@ struct ResidualBlock {
 ResidualBlock block_of(const SightingLink& link, const SmoothingProblem& problem, const SmoothingState& state,
                        const Minimiser& linearised) {
   const SightingResidual r = sighting_residual(problem, link, state);
-  const Index parameters = problem.sensor_errors.cols();
+  const Eigen::Matrix2Xd by_parameters = through_errors_of(link.sensor, problem, r.by_sensor);
+  const Index parameters = by_parameters.cols();
   ResidualBlock block;
   block.error = r.error;
   block.weight = robust_weight(r.error.squaredNorm(), problem.gate) * Matrix2::Identity();
   block.by_unknowns.resize(2, 5 + parameters);
-  block.by_unknowns << r.by_pose, r.by_landmark, r.by_sensor * problem.sensor_errors;
+  block.by_unknowns << r.by_pose, r.by_landmark, by_parameters;
   const Index pose = linearised.row_of_pose(link.pose);
   const Index landmark = linearised.row_of_landmark(link.landmark);
   block.unknowns = {pose, pose + 1, pose + 2, landmark, landmark + 1};

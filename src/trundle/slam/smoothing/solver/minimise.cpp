@@ -28,7 +28,7 @@ BlockPattern pattern_of(const SmoothingProblem& problem) {
     pattern.last = 1;
     for (int i = 0; i < problem.poses; ++i)
       pattern.couplings.emplace_back(i, problem.poses + problem.landmarks);
-    for (int i = 0; i < problem.landmarks && problem.sensor_errors.cols() > 0; ++i)
+    for (int i = 0; i < problem.landmarks && !problem.sensor_errors.empty(); ++i)
       pattern.couplings.emplace_back(problem.poses + i, problem.poses + problem.landmarks);
     pattern.sizes.push_back(parameters);
   }

@@ -67,9 +67,9 @@ void add_to(T& equations, const SightingLink& link, const SmoothingProblem& prob
   equations.add(landmark, pose, weight * r.by_landmark.transpose() * r.by_pose);
   equations.add(pose, -weight * r.by_pose.transpose() * r.error);
   equations.add(landmark, -weight * r.by_landmark.transpose() * r.error);
-  if (problem.sensor_errors.cols() == 0) return;
+  if (problem.sensor_errors.empty()) return;
   const int parameters = equations.parameter_block();
-  const Eigen::Matrix2Xd by_parameters = r.by_sensor * problem.sensor_errors;
+  const Eigen::Matrix2Xd by_parameters = through_errors_of(link.sensor, problem, r.by_sensor);
   const Eigen::Matrix2Xd W_by = weight * by_parameters;
   equations.add(parameters, parameters, by_parameters.transpose() * W_by);
   equations.add(pose, parameters, r.by_pose.transpose() * W_by);
@@ -93,6 +93,14 @@ void add_to(T& equations, const RobotLink& link, const SmoothingProblem& problem
   equations.add(pose, seen, (weight * by_pose.transpose() * by_seen).topLeftCorner(n, n));
   equations.add(pose, -weight * (by_pose.transpose() * r.error).head(n));
   equations.add(seen, -weight * (by_seen.transpose() * r.error).head(n));
+  if (problem.sensor_errors.empty()) return;
+  const int parameters = equations.parameter_block();
+  const Eigen::Matrix2Xd by_parameters = through_errors_of(link.sensor, problem, r.by_sensor);
+  const Eigen::Matrix2Xd W_by = weight * by_parameters;
+  equations.add(parameters, parameters, by_parameters.transpose() * W_by);
+  equations.add(pose, parameters, (by_pose.transpose() * W_by).topRows(n));
+  equations.add(seen, parameters, (by_seen.transpose() * W_by).topRows(n));
+  equations.add(parameters, -W_by.transpose() * r.error);
 }
 
 template <NormalEquations T>

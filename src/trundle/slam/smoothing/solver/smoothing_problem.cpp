@@ -77,6 +77,12 @@ Vector3 no_larger_than(const Vector3& changed, const Vector3& change, const Matr
   return size > most ? std::sqrt(most / size) * change : change;
 }
 
+/// What a sensor errs by.
+SensorErrors errors_of(int sensor, const SmoothingProblem& problem, const SmoothingState& state) {
+  if (problem.sensor_errors.empty()) return SensorErrors::Zero();
+  return problem.sensor_errors[nth(sensor)] * state.parameters;
+}
+
 }  // namespace
 
 FreeMotion operator*(const FreeMotion& first, const FreeMotion& second) {
@@ -192,19 +198,24 @@ SightingResidual sighting_residual(const LandmarkSensor& sensor, const Observati
   return residual;
 }
 
+Eigen::Matrix2Xd through_errors_of(int sensor, const SmoothingProblem& problem,
+                                   const Eigen::Matrix<double, 2, 6>& by_sensor) {
+  if (problem.sensor_errors.empty()) return Eigen::Matrix2Xd(2, 0);
+  return by_sensor * problem.sensor_errors[nth(sensor)];
+}
+
 SightingResidual sighting_residual(const SmoothingProblem& problem, const SightingLink& link,
                                    const SmoothingState& state) {
-  SensorErrors errors = SensorErrors::Zero();
-  if (problem.sensor_errors.cols() > 0) errors = problem.sensor_errors * state.parameters;
   return sighting_residual(problem.sensors[nth(link.sensor)], link.observation, state.poses[nth(link.pose)],
-                           state.landmarks[nth(link.landmark)], errors);
+                           state.landmarks[nth(link.landmark)], errors_of(link.sensor, problem, state));
 }
 
 RobotResidual robot_residual(const SmoothingProblem& problem, const RobotLink& link,
                              const SmoothingState& state) {
   const Pose2& seen = state.poses[nth(link.seen)];
-  const SightingResidual r = sighting_residual(problem.sensors[nth(link.sensor)], link.observation,
-                                               state.poses[nth(link.pose)], seen * link.marker_on_seen);
+  const SightingResidual r =
+      sighting_residual(problem.sensors[nth(link.sensor)], link.observation, state.poses[nth(link.pose)],
+                        seen * link.marker_on_seen, errors_of(link.sensor, problem, state));
   const LandmarkSensor& sensor = problem.sensors[nth(link.sensor)];
   const double across_rad = link.marker_sigma_m / link.observation.range_m;
   const Vector2 share(sensor.range_sigma_m / std::hypot(sensor.range_sigma_m, link.marker_sigma_m),
@@ -214,7 +225,7 @@ RobotResidual robot_residual(const SmoothingProblem& problem, const RobotLink& l
   marker_by_seen << Matrix2::Identity(), by_turn;
   const Matrix2 by_marker = r.by_landmark * rotation(seen.heading);
   return {share.cwiseProduct(r.error), share.asDiagonal() * r.by_pose,
-          share.asDiagonal() * by_marker * marker_by_seen};
+          share.asDiagonal() * by_marker * marker_by_seen, share.asDiagonal() * r.by_sensor};
 }
 
 double cost_of(const SmoothingProblem& problem, const SmoothingState& state) {

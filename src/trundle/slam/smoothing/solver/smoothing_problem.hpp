@@ -113,8 +113,7 @@ struct SmoothingProblem {
   int landmarks = 0;
   std::vector<MotionLink> motions;
   std::vector<SightingLink> sightings;
-  std::vector<RobotLink> robots_seen =
-      {};                                 ///< what SensorErrors do to them is left out: calibration has none
+  std::vector<RobotLink> robots_seen = {};
   int free_starts = 0;                    ///< tracks of which nobody knows where they start
   Eigen::VectorXd parameter_information;  ///< prior of each parameter, about its mean; 0: none
   Eigen::VectorXd parameter_mean = {};    ///< none: 0
@@ -123,8 +122,8 @@ struct SmoothingProblem {
   bool has_bias = false;  ///< every pose has a bias beside it
   std::vector<BiasLink> bias_readings = {};
   double gate = 0.0;  ///< NIS beyond which a sighting has less weight than its square: an outlier
-  /// By each parameter, what the sensor still errs by (SensorErrors); no columns: it errs by nothing.
-  SensorErrorsBy sensor_errors = SensorErrorsBy(6, 0);
+  /// By each parameter, what each sensor still errs by (SensorErrors); none: they err by nothing.
+  std::vector<SensorErrorsBy> sensor_errors = {};
 };
 
 /// Values of the unknowns.
@@ -141,6 +140,10 @@ struct SmoothingState {
     archive(self.poses, self.landmarks, self.parameters, self.biases);
   }
 };
+
+/// How what depends on a sensor's errors so depends on the parameters; no columns: sensors err by nothing.
+[[nodiscard]] Eigen::Matrix2Xd through_errors_of(int sensor, const SmoothingProblem& problem,
+                                                 const Eigen::Matrix<double, 2, 6>& by_sensor);
 
 /// Where a link begins, by the state or as it is known.
 [[nodiscard]] KnownStart start_of(const MotionLink& link, const SmoothingState& state);
@@ -178,6 +181,7 @@ struct RobotResidual {
   Vector2 error;
   Matrix23 by_pose;
   Matrix23 by_seen;
+  Eigen::Matrix<double, 2, 6> by_sensor;
 };
 [[nodiscard]] RobotResidual robot_residual(const SmoothingProblem& problem, const RobotLink& link,
                                            const SmoothingState& state);
