@@ -182,6 +182,22 @@ TEST(SteeringClocks, are_not_told_where_nothing_turns_or_nothing_is_steered) {
                    .is_possible);
 }
 
+// Its zero turns the body by a multiple of the way, and so do wheels of which one is larger: that both start
+// and stop with the robot says nothing of the steering's clock.
+TEST(SteeringClocks, a_car_that_drives_straight_on_does_not_tell_one) {
+  const Robot nominal = steered_by(TurnsBy::wheels, kCoarse);
+  Robot truth = nominal;
+  truth.chassis.wheels()[0].diameter_m *= 1.01;
+  truth.chassis.all_wheels()[2].steering->zero_rad = 0.05;
+  const Path path =
+      joined({pause(3.0), straight(4.0), pause(2.0), straight(-4.0), straight(5.0), pause(2.0)});
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    Scenario scenario = scenario_of(nominal, truth, path, 50.0);
+    scenario.seed = seed;
+    EXPECT_FALSE(steering_clocks(simulate(scenario).recording, nominal).steering) << seed;
+  }
+}
+
 /// Runs of a minute or two, most of them of squares, whose corners a tricycle turns on the spot: it steers
 /// while it stands, and any offset does as long as that lasts.
 TEST(SteeringClocks, real_runs_that_do_not_show_a_steering_late_do_not_say_so) {

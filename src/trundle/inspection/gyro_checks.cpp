@@ -1,5 +1,6 @@
 #include "trundle/inspection/detail/gyro_checks.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -10,6 +11,7 @@
 #include "trundle/odometry/rest.hpp"
 #include "trundle/recording/alignment/align.hpp"
 #include "trundle/recording/turns.hpp"
+#include "trundle/statistics/distribution.hpp"
 
 namespace trundle::inspection {
 namespace {
@@ -36,6 +38,13 @@ std::vector<std::string> sizes_of_turns(const Chassis& chassis) {
   std::vector<std::string> keys = {"y_m (half the track)"};
   if (is_steered(chassis)) keys.emplace_back("x_m and steering_scale of steered wheels");
   return keys;
+}
+
+/// Whether the gyro sees the robot turn by more than its bias, as the robot file knows it, may make: else
+/// what it says beside the wheels' noise is chance.
+bool sees_turns(const Gyro& gyro, const Overview& overview) {
+  const double by_bias_rad = gyro.bias_sigma_rad_s * overview.turns_of_a_bias_s;
+  return std::sqrt(overview.turns.yy) > std::max(kLeastTurning_rad, kSignificant * by_bias_rad);
 }
 
 }  // namespace
@@ -71,7 +80,7 @@ void compare_gyro(const Recording& recording, const Robot& robot, const Overview
                   std::vector<Finding>& problems) {
   constexpr double kMuchTurning = 1.0;  // [rad], root of the sum of squares
   const auto pairs = if_enough(overview.turns);
-  if (!pairs || turns_agree(*pairs, robot)) return;
+  if (!pairs || !sees_turns(*robot.chassis.gyro, overview) || turns_agree(*pairs, robot)) return;
   Finding contrary{.code = FindingCode::gyro_against_wheels, .place = recording.wheels.origin.file};
   if (const auto wheel = reversed_wheel(*pairs, align(recording, robot), robot))
     problems.push_back(reversal(*wheel, recording, robot));

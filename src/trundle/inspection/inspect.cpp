@@ -10,6 +10,7 @@
 #include "trundle/inspection/detail/gyro_checks.hpp"
 #include "trundle/inspection/detail/roll_ahead.hpp"
 #include "trundle/recording/alignment/replay.hpp"
+#include "trundle/statistics/distribution.hpp"
 
 namespace trundle::inspection {
 namespace {
@@ -93,7 +94,8 @@ void find_stuck(const Recording& recording, const Robot& robot, const Overview& 
   for (std::size_t w = 0; w < robot.wheel_names.size(); ++w)
     for (const Standstill& still : overview.standstills[w]) {
       all_expected = all_expected && still.expected_m.has_value();
-      if (!still.expected_m || std::abs(*still.expected_m) < kLeastTravel) continue;
+      const double least_m = std::max(kLeastTravel, kSignificant * still.expected_sigma_m);
+      if (!still.expected_m || std::abs(*still.expected_m) < least_m) continue;
       problems.push_back({.code = FindingCode::stuck_encoder,
                           .place = place_at(recording, still.start_s - robot.chassis.wheels_time_offset_s),
                           .subjects = {robot.wheel_names[w]},

@@ -26,6 +26,11 @@ class StandstillSearch {
       const Rows rows = rows_of(others_, with_gyro);
       if (observability(rows).rank == 3) rows_[with_gyro ? 1 : 0] = rows;
     }
+    if (!rows_[1]) return;
+    Increment turned;
+    turned.gyro_rad = 1.0;
+    turned.has_gyro = true;
+    rolled_m_per_rad_ = rolling_row_.dot(twist_of(others_, *rows_[1], turned).vector());
   }
 
   void add(const Increment& increment, double start_s) {
@@ -48,6 +53,9 @@ class StandstillSearch {
     if (current_ && current_->still.duration_s() >= kShortest_s) {
       const std::size_t i = others_.gyro && current_->all_with_gyro ? 1 : 0;
       if (rows_[i]) current_->still.expected_m = current_->rolled_m[i];
+      if (i == 1)
+        current_->still.expected_sigma_m =
+            std::abs(rolled_m_per_rad_) * others_.gyro->bias_sigma_rad_s * current_->still.duration_s();
       found_.push_back(current_->still);
     }
     current_.reset();
@@ -66,6 +74,7 @@ class StandstillSearch {
   Chassis others_;
   Vector3 rolling_row_;
   std::array<std::optional<Rows>, 2> rows_;  ///< without and with the gyro, where they tell the motion
+  double rolled_m_per_rad_ = 0.0;            ///< of the gyro's turn
   std::optional<Current> current_;
   std::vector<Standstill> found_;
 };
@@ -114,6 +123,7 @@ class Gathering {
       overview_.standstills[w] = std::move(standstills_[w].found());
     }
     overview_.turns = pairs_.sums();
+    overview_.turns_of_a_bias_s = pairs_.of_a_bias_s();
     overview_.turns_unlimited = pairs_unlimited_.sums();
     overview_.gyro_time_offset = clock_.take_offset(start_s_);
     overview_.findings = std::move(findings);

@@ -37,9 +37,9 @@ double largest_residual(const Regression& channel) {
   return kLargestResidual * kSigmaOfMedian * median(sizes);
 }
 
-/// What is left of values beside those that are proportional to the windows' durations.
-Vector beside(const Vector& duration_s, const Vector& values) {
-  return values - duration_s * (values.dot(duration_s) / duration_s.squaredNorm());
+/// What is left of values beside multiples of others, column by column.
+Vector beside(const Matrix& others, const Vector& values) {
+  return values - others * least_squares(others, values);
 }
 
 Regression regress(const Vector& fixed, const Matrix& moved, const Vector& duration_s) {
@@ -49,7 +49,9 @@ Regression regress(const Vector& fixed, const Matrix& moved, const Vector& durat
   result.design << moved, duration_s;
   result.coefficients = least_squares(result.design, fixed);
   result.residual = fixed - result.design * result.coefficients;
-  const Vector w = beside(duration_s, fixed), o = beside(duration_s, moved.col(0));
+  const Matrix others =
+      result.design.rightCols(moved.cols());  // a zero that is off turns by a multiple of the way
+  const Vector w = beside(others, fixed), o = beside(others, moved.col(0));
   const double norms = w.norm() * o.norm();
   result.correlation = norms > 0.0 ? w.dot(o) / norms : 0.0;
   return result;

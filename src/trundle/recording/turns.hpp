@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <optional>
 
@@ -28,13 +29,17 @@ class TurnPairs {
     duration_s_ += duration_s;
     if (duration_s_ < kPiece_s) return;
     sums_.add(by_wheels_rad_, by_other_rad_);
+    squares_s2_ += duration_s_ * duration_s_;
     by_wheels_rad_ = by_other_rad_ = duration_s_ = 0.0;
   }
   /// Of the pieces that are complete.
   [[nodiscard]] const PairedSums& sums() const { return sums_; }
+  /// Root of the sum of squares of their durations: times a bias, that of the turns that it makes.
+  [[nodiscard]] double of_a_bias_s() const { return std::sqrt(squares_s2_); }
 
  private:
   PairedSums sums_;
+  double squares_s2_ = 0.0;
   double by_wheels_rad_ = 0.0, by_other_rad_ = 0.0, duration_s_ = 0.0;
 };
 

@@ -4,6 +4,8 @@
 
 namespace trundle::statistics {
 
+inline constexpr double kSignificant = 3.0;  ///< sigmas: beyond, it is no chance
+
 // Tails and quantiles of the distributions that intervals and tests need; relative error below 1e-10.
 // Quantiles are given by the probability of what lies *beyond* them, so that small ones keep their digits.
 

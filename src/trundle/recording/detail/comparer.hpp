@@ -7,9 +7,9 @@
 
 #include <Eigen/Core>
 
-namespace trundle::recording {
+#include "trundle/statistics/distribution.hpp"
 
-inline constexpr double kSignificant = 3.0;  ///< sigmas: beyond, it is no chance
+namespace trundle::recording {
 
 /// Two sensors of one motion, window by window, each in as many quantities ('channels': its turn, its way).
 /// The windows are those of one of them, which is not interpolated.
