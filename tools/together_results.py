@@ -32,6 +32,15 @@ def alignment(points, truth):
     return turn, true_middle - turn * middle
 
 
+def scale_between(points, truth):
+    """By what all distances of points are too long, least squares, and what is left then [m rms]."""
+    turn, shift = alignment(points, truth)
+    placed, true_middle = [turn * p + shift for p in points], sum(truth) / len(truth)
+    scale = sum(((p - true_middle).conjugate() * (t - true_middle)).real for p, t in zip(placed, truth)) / sum(abs(p - true_middle) ** 2 for p in placed)
+    left = [abs(true_middle + scale * (p - true_middle) - t) ** 2 for p, t in zip(placed, truth)]
+    return 1 / scale - 1, math.sqrt(sum(left) / len(left))
+
+
 def rows_of(path):
     with open(path, newline="") as file:
         return list(csv.DictReader(line for line in file if not line.startswith("#")))
@@ -60,6 +69,11 @@ def main():
     def position(path, robot, align):
         evaluation = run("evaluate", path, out / "mrclam" / f"Robot{robot}", "--align", align)
         return evaluation["position_m"]["rms"], (evaluation.get("nees") or {}).get("mean", math.nan)
+
+    def map_scale(path):
+        found = read(path)
+        names = sorted(found.keys() & truth.keys())
+        return scale_between([found[n] for n in names], [truth[n] for n in names])
 
     def map_fit(path):
         found = read(path)
@@ -134,11 +148,18 @@ landmarks; NEES is 3 where a covariance is right.
         print(f"| {robot} | {a[0]:.3f} | {a[1]:.1f} | {a[2]:.3f} | {t[0]:.3f} | {t[1]:.1f} | {t[2]:.3f} "
               f"| {s[0]:.3f} | {s[1]:.1f} | {s[2]:.3f} |")
     smoother = document["smoother"]
+    metres = ", ".join(f"{100 * row[3]['metre']['share']:+.2f} ± {100 * row[3]['metre']['sigma']:.2f} %" for row in all_rows)
+    longer, left_m = map_scale(out / f"all-{chosen_m}" / "landmarks.csv")
     print(f"""
 The one map: **{all_map:.3f} m** with robots that see each other, **{apart_map:.3f} m** without. Together
 {smoother['poses']} poses and {smoother['sightings']} sightings, of which {smoother['outliers']} are outliers; cost over
 degrees of freedom {smoother['cost'] / smoother['degrees_of_freedom']:.2f}. Of robots there are
 {sum(row[3]['robot_sightings'] for row in all_rows)} sightings, {sum(row[3]['robot_outliers'] for row in all_rows)} of them outliers.
+
+## Whose metre is longer
+
+What ranges of each are too long by, beside all ([theory](../theory/together.md), eq. 27a): {metres}. What all are too long by in common
+nobody sees: all distances of the map are {100 * longer:.1f} % too long against the survey, and without that {left_m:.3f} m rms would be left.
 
 ## Where on its marker a robot is seen
 

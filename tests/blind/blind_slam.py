@@ -22,6 +22,7 @@ import math
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from statistics import NormalDist
 
@@ -259,6 +260,18 @@ class Checks:
         return failed
 
 
+def judged(checks: Checks, draws: dict[Callable[[Path, int], None], range]) -> int:
+    """Runs each step of them with each seed, in a folder of its own; the exit code."""
+    for step, seeds in draws.items():
+        for seed in seeds:
+            with tempfile.TemporaryDirectory() as folder:
+                step(Path(folder), seed)
+    failed = checks.failures()
+    for line in failed:
+        print(f"failed: {line}", file=sys.stderr)
+    return 1 if failed else 0
+
+
 def chi_square_quantile(degrees: int, probability: float) -> float:
     """By the approximation of Wilson and Hilferty, right to 1 % from 20 degrees of freedom on."""
     spread = 2 / (9 * degrees)
@@ -272,14 +285,7 @@ def main() -> int:
     parser.add_argument("--draws", type=int, default=24, help="worlds; calibrations are a third as many")
     options = parser.parse_args()
     checks = Checks(options.program, options.sigma_stated)
-    for step, seeds in ((checks.draw, range(options.draws)), (checks.calibration, range(1000, 1000 + options.draws // 3))):
-        for seed in seeds:
-            with tempfile.TemporaryDirectory() as folder:
-                step(Path(folder), seed)
-    failed = checks.failures()
-    for line in failed:
-        print(f"failed: {line}", file=sys.stderr)
-    return 1 if failed else 0
+    return judged(checks, {checks.draw: range(options.draws), checks.calibration: range(1000, 1000 + options.draws // 3)})
 
 
 if __name__ == "__main__":

@@ -86,7 +86,7 @@ std::vector<MappedLandmark> joint_map_of(const RobotsProblem& all, const Smoothi
 }
 
 /// Most probable paths and map of all robots together, if their sightings show what is said.
-struct JointExplanation {
+struct TeamExplanation {
   std::vector<ShownObservations> shown;  ///< by each robot
   RobotsProblem all;
   Minimiser linearised;  ///< at the minimum
@@ -126,11 +126,11 @@ bool has_unidentified(std::span<const RobotRecording> robots) {
 }
 
 /// What sightings without names show is asked again, of all robots' landmarks: those of one may be another's.
-JointExplanation reassociated(std::span<const RobotRecording> robots, std::span<const RobotSighting> seen,
-                              const SmootherOptions& options, JointExplanation first) {
+TeamExplanation reassociated(std::span<const RobotRecording> robots, std::span<const RobotSighting> seen,
+                             const SmootherOptions& options, TeamExplanation first) {
   std::vector<const SlamInput*> inputs;
   for (const RobotRecording& robot : robots) inputs.push_back(&robot.input);
-  const auto explain = [&](std::vector<ShownObservations> shown, const JointExplanation& best) {
+  const auto explain = [&](std::vector<ShownObservations> shown, const TeamExplanation& best) {
     std::vector<PlacedPath> placed;
     for (std::size_t i = 0; i < robots.size(); ++i)
       placed.push_back(path_from_start(robots[i], best.estimates[i].trajectory));
@@ -138,7 +138,7 @@ JointExplanation reassociated(std::span<const RobotRecording> robots, std::span<
     Minimiser minimiser(all.problem);
     Minimum minimum = minimum_near(all.problem, all.at_keyframes(all.placed), minimiser,
                                    {.most_iterations = options.most_iterations, .enough = options.enough});
-    JointExplanation there{std::move(shown), std::move(all), std::move(minimiser), std::move(minimum)};
+    TeamExplanation there{std::move(shown), std::move(all), std::move(minimiser), std::move(minimum)};
     if (!there.linearised.linearise(there.all.problem, there.minimum.state)) return there;
     there.add_estimates();
     there.cost = there.cost_of_all();
@@ -161,8 +161,8 @@ JointSlam smooth_together(std::span<const RobotRecording> robots, std::span<cons
   Minimiser minimiser(all.problem);
   std::vector<RobotsMinimum> minima = minima_of(robots, seen, all, minimiser, options);
   require_known_frames(robots, all, minima, minimiser);
-  JointExplanation best{std::move(shown), std::move(all), std::move(minimiser),
-                        std::move(minima.front().minimum)};
+  TeamExplanation best{std::move(shown), std::move(all), std::move(minimiser),
+                       std::move(minima.front().minimum)};
   best.add_estimates();
   if (has_unidentified(robots)) best = reassociated(robots, seen, options, std::move(best));
 
