@@ -32,13 +32,18 @@ def alignment(points, truth):
     return turn, true_middle - turn * middle
 
 
+def rms(errors):
+    squares = [abs(error) ** 2 for error in errors]
+    return math.sqrt(sum(squares) / len(squares))
+
+
 def scale_between(points, truth):
     """By what all distances of points are too long, least squares, and what is left then [m rms]."""
     turn, shift = alignment(points, truth)
-    placed, true_middle = [turn * p + shift for p in points], sum(truth) / len(truth)
-    scale = sum(((p - true_middle).conjugate() * (t - true_middle)).real for p, t in zip(placed, truth)) / sum(abs(p - true_middle) ** 2 for p in placed)
-    left = [abs(true_middle + scale * (p - true_middle) - t) ** 2 for p, t in zip(placed, truth)]
-    return 1 / scale - 1, math.sqrt(sum(left) / len(left))
+    middle = sum(truth) / len(truth)
+    placed, true = [turn * p + shift - middle for p in points], [t - middle for t in truth]
+    scale = sum((p.conjugate() * t).real for p, t in zip(placed, true)) / sum(abs(p) ** 2 for p in placed)
+    return 1 / scale - 1, rms(scale * p - t for p, t in zip(placed, true))
 
 
 def rows_of(path):
@@ -70,17 +75,15 @@ def main():
         evaluation = run("evaluate", path, out / "mrclam" / f"Robot{robot}", "--align", align)
         return evaluation["position_m"]["rms"], (evaluation.get("nees") or {}).get("mean", math.nan)
 
-    def map_scale(path):
+    def map_and_truth(path):
         found = read(path)
         names = sorted(found.keys() & truth.keys())
-        return scale_between([found[n] for n in names], [truth[n] for n in names])
+        return [found[n] for n in names], [truth[n] for n in names]
 
     def map_fit(path):
-        found = read(path)
-        names = sorted(found.keys() & truth.keys())
-        turn, shift = alignment([found[n] for n in names], [truth[n] for n in names])
-        off = [abs(turn * found[n] + shift - truth[n]) ** 2 for n in names]
-        return math.sqrt(sum(off) / len(off)), turn, shift
+        points, true_points = map_and_truth(path)
+        turn, shift = alignment(points, true_points)
+        return rms(turn * p + shift - t for p, t in zip(points, true_points)), turn, shift
 
     robot_files = []
     for robot in ROBOTS:
@@ -149,7 +152,7 @@ landmarks; NEES is 3 where a covariance is right.
               f"| {s[0]:.3f} | {s[1]:.1f} | {s[2]:.3f} |")
     smoother = document["smoother"]
     metres = ", ".join(f"{100 * row[3]['metre']['share']:+.2f} ± {100 * row[3]['metre']['sigma']:.2f} %" for row in all_rows)
-    longer, left_m = map_scale(out / f"all-{chosen_m}" / "landmarks.csv")
+    longer, left_m = scale_between(*map_and_truth(out / f"all-{chosen_m}" / "landmarks.csv"))
     print(f"""
 The one map: **{all_map:.3f} m** with robots that see each other, **{apart_map:.3f} m** without. Together
 {smoother['poses']} poses and {smoother['sightings']} sightings, of which {smoother['outliers']} are outliers; cost over

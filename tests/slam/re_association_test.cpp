@@ -27,6 +27,12 @@ Matrix2 as_sure_as_one_another(LandmarkId, LandmarkId) {
   return Matrix2::Identity() * 0.02;
 }
 
+ShownObservations again_by(const SlamInput& input, const ShownFromPath& robot,
+                           std::span<const MappedLandmark> map) {
+  const SlamInput* const inputs[] = {&input};
+  return reassociated(inputs, {&robot, 1}, map).front();
+}
+
 TEST(ReAssociation, DuplicatesAreOneLandmarkThatWasMappedTwice) {
   const std::vector<MappedLandmark> map = {landmark(3, 0.0, 0.0), landmark(5, 0.2, 0.1),
                                            landmark(7, 2.0, 0.0)};
@@ -67,7 +73,7 @@ TEST(ReAssociation, ANameIsKeptAndNoOtherSightingOfTheInstantShowsItsLandmark) {
   precise.bearing_sigma_rad = 0.02;
   const ShownObservations seen = {input.steps[0].observations};
   const ShownFromPath robot{seen, smoothed.trajectory, precise};
-  const ShownObservations again = reassociated(input, 0, {&robot, 1}, smoothed.map);
+  const ShownObservations again = again_by(input, robot, smoothed.map);
   EXPECT_EQ(again[0][0].landmark, 0);
   EXPECT_EQ(again[0][1].landmark, kUnknownLandmark);
   EXPECT_EQ(again[0][2].landmark, 1);
@@ -142,7 +148,7 @@ TEST(ReAssociation, ALandmarkIsNotPartedInTwo) {
     const auto n = static_cast<double>(seen.shown.size());
     EXPECT_GT(seen.cost(seen.by_range(5.0)) - seen.cost(seen.by_range(100.0)), 1.5 * 2.0 / kPi * n);
     const ShownFromPath robot{seen.shown, seen.smoothed.trajectory, seen.sensor};
-    const ShownObservations again = reassociated(seen.input, 0, {&robot, 1}, seen.smoothed.map);
+    const ShownObservations again = again_by(seen.input, robot, seen.smoothed.map);
     const auto shows_twin = [](const auto& step) { return step[0].landmark == LandmarkWithTwin::kTwin; };
     EXPECT_LE(std::ranges::count_if(again, shows_twin), 4)
         << seed;  // as few as it has: 1 in 6 lie nearer to it
@@ -168,7 +174,7 @@ TEST(ReAssociation, SightingsTakenForOthersAreTakenForWhatTheyShow) {
   unidentified.steps = world.steps;
   for (SlamStep& step : unidentified.steps) step.observations = hidden(step.observations);
   const ShownFromPath robot{wrong, smoothed.trajectory, kRangeFinder};
-  const ShownObservations again = reassociated(unidentified, 0, {&robot, 1}, smoothed.map);
+  const ShownObservations again = again_by(unidentified, robot, smoothed.map);
   for (std::size_t k = 0; k < again.size(); ++k)
     for (std::size_t i = 0; i < again[k].size(); ++i) {
       ++sightings;

@@ -3,12 +3,21 @@
 #include <cmath>
 #include <vector>
 
+#include <Eigen/Cholesky>
+
 #include "trundle/slam/slam.hpp"
 #include "trundle/slam/smoothing/together.hpp"
 #include "trundle/statistics/random.hpp"
 
 namespace trundle::test {
 using namespace slam;
+
+/// Of a pose and its covariance in world axes, as trajectories have it.
+inline double pose_nees(const StampedPose& estimate, const Matrix3& covariance, const Pose2& truth) {
+  const Vector3 e(truth.x - estimate.pose.x, truth.y - estimate.pose.y,
+                  wrap_angle(truth.heading - estimate.pose.heading));
+  return e.dot(covariance.ldlt().solve(e));
+}
 
 struct TeamOptions {
   int robots = 2;

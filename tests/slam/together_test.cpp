@@ -19,13 +19,6 @@ namespace {
 
 using testing::HasSubstr;
 
-/// In world axes, as trajectories have it.
-double pose_nees(const StampedPose& estimate, const Matrix3& covariance, const Pose2& truth) {
-  const Vector3 e(truth.x - estimate.pose.x, truth.y - estimate.pose.y,
-                  wrap_angle(truth.heading - estimate.pose.heading));
-  return e.dot(covariance.ldlt().solve(e));
-}
-
 double nees_of_map(const JointSlam& joint, const std::vector<Vector2>& truth) {
   Eigen::VectorXd e(2 * static_cast<Eigen::Index>(joint.map.size()));
   for (std::size_t i = 0; i < joint.map.size(); ++i)
@@ -237,7 +230,7 @@ ErrorsTogether consistency_of(test::TeamOptions options, int trials) {
     const test::Team team = test::team_of(options);
     const JointSlam joint = smooth_together(test::recordings_of(team), team.seen);
     const Trajectory& last = joint.robots.back().trajectory;
-    sum.pose += pose_nees(last.poses.back(), last.covariances.back(), team.truth.back().back());
+    sum.pose += test::pose_nees(last.poses.back(), last.covariances.back(), team.truth.back().back());
     ++sum.poses;
     sum.of_map += nees_of_map(joint, team.landmarks);
     sum.landmarks += static_cast<int>(joint.map.size());

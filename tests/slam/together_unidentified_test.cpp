@@ -1,6 +1,3 @@
-#include <map>
-
-#include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
 #include "trundle/slam/smoothing/together.hpp"
@@ -27,23 +24,8 @@ test::Team team_without_names(test::TeamOptions options) {
 std::vector<RobotRecording> recordings_without_names(const test::Team& team) {
   std::vector<RobotRecording> robots = test::recordings_of(team);
   LandmarkId next = 0;
-  for (RobotRecording& robot : robots) {
-    std::map<LandmarkId, LandmarkId> numbers;
-    for (auto& step : robot.shown)
-      for (Observation& seen : step)
-        if (seen.landmark >= 0) {
-          const auto [at, is_new] = numbers.try_emplace(seen.landmark, next);
-          next += is_new ? 1 : 0;
-          seen.landmark = at->second;
-        }
-  }
+  for (RobotRecording& robot : robots) number_unidentified(0, next, robot.shown);
   return robots;
-}
-
-double nees_of_last(const RobotEstimate& robot, const Pose2& truth) {
-  const Pose2& found = robot.trajectory.poses.back().pose;
-  const Vector3 e(truth.x - found.x, truth.y - found.y, wrap_angle(truth.heading - found.heading));
-  return e.dot(robot.trajectory.covariances.back().ldlt().solve(e));
 }
 
 // What each maps for itself is found to be one map. In three worlds of 40 two landmarks stay one too many.
@@ -57,7 +39,10 @@ TEST(TogetherWithoutNames, FindsWhichLandmarksRobotsBothSee) {
     const JointSlam joint = smooth_together(recordings_without_names(team), team.seen);
     mapped += joint.map.size();
     there += team.landmarks.size();
-    for (std::size_t i = 0; i < 3; ++i) nees += nees_of_last(joint.robots[i], team.truth[i].back());
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Trajectory& path = joint.robots[i].trajectory;
+      nees += test::pose_nees(path.poses.back(), path.covariances.back(), team.truth[i].back());
+    }
   }
   EXPECT_GE(mapped, there);
   EXPECT_LE(mapped, there + there / 20);

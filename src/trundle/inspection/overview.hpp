@@ -18,7 +18,7 @@ struct Standstill {
   std::array<double, kMaxWheels>
       way{};                         ///< of each wheel meanwhile, there and back counted twice [revolutions]
   std::optional<double> expected_m;  ///< that it rolled by the other sensors; nothing: they do not show it
-  double expected_sigma_m = 0.0;  ///< 1σ of what the gyro's bias, as the robot file knows it, makes of that
+  double expected_sigma_m = 0.0;     ///< 1σ of that by the gyro's bias, as the robot file knows it
 
   double duration_s() const { return end_s - start_s; }
 };
@@ -29,10 +29,9 @@ struct Overview {
   /// How far the robot turns over pieces of half a second, by its wheels (x) and by its gyro (y) [rad]; zero
   /// where one of them does not show it.
   PairedSums turns;
-  double turns_of_a_bias_s =
-      0.0;  ///< times a bias of the gyro: root of the sum of squares of what it makes of these
-  PairedSums turns_unlimited;  ///< the same of a gyro that is never beyond its range
-  double turned_rad = 0.0;     ///< by the gyro, there and back counted twice
+  double turns_of_a_bias_s = 0.0;  ///< times a bias of the gyro: what it makes of √yy
+  PairedSums turns_unlimited;      ///< the same of a gyro that is never beyond its range
+  double turned_rad = 0.0;         ///< by the gyro, there and back counted twice
   std::array<std::vector<Standstill>, kMaxWheels> standstills;
   std::array<double, kMaxWheels> way{};                               ///< of each wheel [revolutions]
   std::array<std::array<bool, kMaxWheels>, kMaxWheels> read_alike{};  ///< two wheels in every interval

@@ -151,18 +151,6 @@ Alone alone(const TeamRobot& one, const SlamQuestion& question) {
           .inconsistencies = std::move(answer.inconsistencies)};
 }
 
-/// What has no name is a landmark of this robot alone: from `next` on.
-void number_unidentified(LandmarkId named, LandmarkId& next, ShownObservations& shown) {
-  std::map<LandmarkId, LandmarkId> numbers;
-  for (auto& step : shown)
-    for (Observation& observation : step) {
-      if (observation.landmark < named) continue;
-      const auto [at, is_new] = numbers.try_emplace(observation.landmark, next);
-      next += is_new ? 1 : 0;
-      observation.landmark = at->second;
-    }
-}
-
 /// As well as its sensor's ranges are known in proportion.
 double metre_sigma_of(const Robot& robot) {
   const Parameter scale{ParameterKind::sensor_range_scale, -1};

@@ -49,8 +49,7 @@ Regression regress(const Vector& fixed, const Matrix& moved, const Vector& durat
   result.design << moved, duration_s;
   result.coefficients = least_squares(result.design, fixed);
   result.residual = fixed - result.design * result.coefficients;
-  const Matrix others =
-      result.design.rightCols(moved.cols());  // a zero that is off turns by a multiple of the way
+  const Matrix others = result.design.rightCols(moved.cols());  // what the moved one may err by, and a drift
   const Vector w = beside(others, fixed), o = beside(others, moved.col(0));
   const double norms = w.norm() * o.norm();
   result.correlation = norms > 0.0 ? w.dot(o) / norms : 0.0;

@@ -247,8 +247,7 @@ bool FramePlacement::is_placed_along_meetings(std::size_t robot) {
   add_links(robot, linking, track, problem);
   Minimiser minimiser(problem);
   const Minimum minimum =
-      minimum_near(problem, grown_from(problem, std::move(state)), minimiser,
-                   {.most_iterations = options_.most_iterations, .enough = options_.enough});
+      minimum_near(problem, grown_from(problem, std::move(state)), minimiser, minimise_options(options_));
   if (!minimiser.linearise(problem, minimum.state)) return false;
   Trajectory path = track.trajectory(minimum.state, minimiser);
   PlacedPath placed = path_from_start(recording, std::move(path));

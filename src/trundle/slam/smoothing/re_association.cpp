@@ -95,15 +95,15 @@ class Detections {
   std::vector<Count> counts_;  ///< of each landmark of the map
 };
 
-/// What a sighting of one of the robots may show, from its smoothed pose.
+/// What a sighting of a robot may show, from its smoothed pose.
 class Candidates {
  public:
-  Candidates(std::size_t robot, std::span<const ShownFromPath> robots, std::span<const MappedLandmark> map)
-      : robot_(robots[robot]),
+  Candidates(const ShownFromPath& robot, std::span<const MappedLandmark> map, const Detections& detections)
+      : robot_(robot),
         landmarks_(map),
-        R_(reading_covariance(robot_.sensor)),
-        map_(placed(map, robot_.sensor.max_range_m)),
-        detections_(robots, map) {}
+        detections_(detections),
+        R_(reading_covariance(robot.sensor)),
+        map_(placed(map, robot.sensor.max_range_m)) {}
 
   std::vector<Fit> fits(std::size_t step, const Observation& observation) {
     const Pose2& pose = robot_.path.poses[step].pose;
@@ -125,11 +125,35 @@ class Candidates {
  private:
   const ShownFromPath& robot_;
   std::span<const MappedLandmark> landmarks_;
+  const Detections& detections_;
   Matrix2 R_;
   LandmarkGrid map_;
-  Detections detections_;
   std::vector<std::size_t> near_;
 };
+
+/// By one of the robots.
+ShownObservations reassociated(const SlamInput& input, const ShownFromPath& robot, Candidates candidates) {
+  const LandmarkSensor& sensor = robot.sensor;
+  ShownObservations shown = robot.shown;
+  const AssociationOptions options{.gate = cost_of_none(sensor) - cost_at_peak(reading_covariance(sensor)),
+                                   .max_range_m = sensor.max_range_m};
+  for (std::size_t k = 0; k < shown.size(); ++k) {
+    const std::vector<Observation>& seen = input.steps[k].observations;
+    std::vector<Observation*> unidentified;
+    std::vector<std::vector<Fit>> fits;
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      if (!is_valid(seen[i]) || seen[i].landmark >= 0) continue;
+      unidentified.push_back(&shown[k][i]);
+      fits.push_back(candidates.fits(k, seen[i]));
+      std::erase_if(fits.back(), [&](const Fit& fit) {
+        return std::ranges::find(seen, fit.landmark, &Observation::landmark) != seen.end();
+      });
+    }
+    const std::vector<Associated> found = associate(fits, options);
+    for (std::size_t i = 0; i < unidentified.size(); ++i) unidentified[i]->landmark = found[i].landmark;
+  }
+  return shown;
+}
 
 }  // namespace
 
@@ -199,28 +223,13 @@ ShownObservations with_merged(ShownObservations shown, std::span<const LandmarkP
 }
 
 // Eq. 16.
-ShownObservations reassociated(const SlamInput& input, std::size_t robot,
-                               std::span<const ShownFromPath> robots, std::span<const MappedLandmark> map) {
-  const LandmarkSensor& sensor = robots[robot].sensor;
-  ShownObservations shown = robots[robot].shown;
-  Candidates candidates(robot, robots, map);
-  const AssociationOptions options{.gate = cost_of_none(sensor) - cost_at_peak(reading_covariance(sensor)),
-                                   .max_range_m = sensor.max_range_m};
-  for (std::size_t k = 0; k < shown.size(); ++k) {
-    const std::vector<Observation>& seen = input.steps[k].observations;
-    std::vector<Observation*> unidentified;
-    std::vector<std::vector<Fit>> fits;
-    for (std::size_t i = 0; i < seen.size(); ++i) {
-      if (!is_valid(seen[i]) || seen[i].landmark >= 0) continue;
-      unidentified.push_back(&shown[k][i]);
-      fits.push_back(candidates.fits(k, seen[i]));
-      std::erase_if(fits.back(), [&](const Fit& fit) {
-        return std::ranges::find(seen, fit.landmark, &Observation::landmark) != seen.end();
-      });
-    }
-    const std::vector<Associated> found = associate(fits, options);
-    for (std::size_t i = 0; i < unidentified.size(); ++i) unidentified[i]->landmark = found[i].landmark;
-  }
+std::vector<ShownObservations> reassociated(std::span<const SlamInput* const> inputs,
+                                            std::span<const ShownFromPath> robots,
+                                            std::span<const MappedLandmark> map) {
+  const Detections detections(robots, map);
+  std::vector<ShownObservations> shown;
+  for (std::size_t i = 0; i < robots.size(); ++i)
+    shown.push_back(reassociated(*inputs[i], robots[i], Candidates(robots[i], map, detections)));
   return shown;
 }
 

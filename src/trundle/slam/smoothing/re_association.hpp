@@ -41,11 +41,11 @@ using LandmarkPair = std::pair<LandmarkId, LandmarkId>;
 /// The second of each pair becomes the first.
 [[nodiscard]] ShownObservations with_merged(ShownObservations shown, std::span<const LandmarkPair> pairs);
 
-/// The most probable explanation of each instant of one of the robots from its smoothed pose, by the
-/// landmarks of the map. What has a name in its input keeps it. Eq. 16.
-[[nodiscard]] ShownObservations reassociated(const SlamInput& input, std::size_t robot,
-                                             std::span<const ShownFromPath> robots,
-                                             std::span<const MappedLandmark> map);
+/// The most probable explanation of each instant from the smoothed pose of the robot, by the landmarks of the
+/// map. What has a name in the robot's input keeps it. Eq. 16.
+[[nodiscard]] std::vector<ShownObservations> reassociated(std::span<const SlamInput* const> inputs,
+                                                          std::span<const ShownFromPath> robots,
+                                                          std::span<const MappedLandmark> map);
 
 /// Whether all sightings show the same in both.
 [[nodiscard]] bool are_same_associations(const ShownObservations& a, const ShownObservations& b);

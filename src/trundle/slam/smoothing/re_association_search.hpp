@@ -67,13 +67,7 @@ class ReAssociation {
     return false;
   }
 
-  bool reassociate() {
-    AllShown shown;
-    const std::vector<ShownFromPath> robots = best_.robots();
-    for (std::size_t i = 0; i < robots.size(); ++i)
-      shown.push_back(reassociated(*inputs_[i], i, robots, best_.map()));
-    return is_better(std::move(shown));
-  }
+  bool reassociate() { return is_better(reassociated(inputs_, best_.robots(), best_.map())); }
 
   /// Then it is the best from now on.
   bool is_better(AllShown shown) {

@@ -83,8 +83,7 @@ std::vector<RobotsMinimum> minima_of(std::span<const RobotRecording> robots,
                                      std::span<const RobotSighting> seen, const RobotsProblem& all,
                                      Minimiser& minimiser, const SmootherOptions& options) {
   const auto from = [&](const std::vector<PlacedPath>& placed) {
-    return minimum_near(all.problem, all.at_keyframes(placed), minimiser,
-                        {.most_iterations = options.most_iterations, .enough = options.enough});
+    return minimum_near(all.problem, all.at_keyframes(placed), minimiser, minimise_options(options));
   };
   std::vector<RobotsMinimum> minima = {{from(all.placed)}};
   for (std::size_t i = 0; i < robots.size(); ++i)

@@ -21,14 +21,16 @@ std::vector<CountedErrors> errors_of(std::span<const RobotRecording> robots) {
 
 /// What each robot's metre is off by, as a share, by unknowns of unit variance. What all are off by in common
 /// nobody sees, and counts as nothing: together as alone, a world is right in proportion to what sensors say.
-/// docs/theory/together.md, eq. 27a.
-Eigen::MatrixXd metres_of(std::span<const RobotRecording> robots) {
+/// They are the last of the parameters. docs/theory/together.md, eq. 27a.
+Eigen::MatrixXd metres_of(std::span<const RobotRecording> robots, Eigen::Index parameters) {
   Eigen::VectorXd sigma(static_cast<Eigen::Index>(robots.size()));
   std::ranges::transform(robots, sigma.begin(), &RobotRecording::metre_sigma);
   const bool some_are_exact = (sigma.array() == 0.0).any();
   const Eigen::VectorXd in_common = some_are_exact ? Eigen::VectorXd((sigma.array() == 0.0).cast<double>())
                                                    : Eigen::VectorXd(sigma.cwiseInverse());
-  return sigma.asDiagonal() * orthogonal_complement(in_common);
+  Eigen::MatrixXd metres = Eigen::MatrixXd::Zero(sigma.size(), parameters);
+  metres.rightCols(sigma.size() - 1) = sigma.asDiagonal() * orthogonal_complement(in_common);
+  return metres;
 }
 
 /// Wheels that landmarks calibrated say ways in the metre of ranges: what is read as too long was shorter.
@@ -76,9 +78,7 @@ RobotsProblem problem_of(std::span<const RobotRecording> robots, std::span<const
   RobotsProblem all{.problem = empty_problem_of(robots, errors, options)};
   all.errors = std::move(errors);
   all.placed = std::move(placed);
-  const Eigen::MatrixXd metres = metres_of(robots);
-  all.metres = Eigen::MatrixXd::Zero(metres.rows(), all.problem.parameter_information.size());
-  all.metres.rightCols(metres.cols()) = metres;
+  all.metres = metres_of(robots, all.problem.parameter_information.size());
   LandmarkNumbers numbers;
   for (std::size_t i = 0; i < robots.size(); ++i) {
     SlamPrior prior = robots[i].prior;
@@ -88,7 +88,7 @@ RobotsProblem problem_of(std::span<const RobotRecording> robots, std::span<const
                                    all.problem.parameter_information.size());
     input.also_keyframes = meetings_of(i, seen);
     input.sensor = static_cast<int>(i);
-    if (!metres.isZero(0.0)) {
+    if (!all.metres.isZero(0.0)) {
       const Eigen::RowVectorXd metre = all.metres.row(static_cast<Eigen::Index>(i));
       add_metre(metre, input);
       all.problem.sensor_errors.push_back(ranges_by(metre));

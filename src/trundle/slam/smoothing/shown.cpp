@@ -1,5 +1,6 @@
 #include "trundle/slam/smoothing/shown.hpp"
 
+#include <map>
 #include <set>
 
 namespace trundle::slam {
@@ -25,6 +26,17 @@ ShownObservations shown_observations(const SlamInput& input, const SlamResult& f
     }
   }
   return shown;
+}
+
+void number_unidentified(LandmarkId named, LandmarkId& next, ShownObservations& shown) {
+  std::map<LandmarkId, LandmarkId> numbers;
+  for (auto& step : shown)
+    for (Observation& observation : step) {
+      if (observation.landmark < named) continue;
+      const auto [at, is_new] = numbers.try_emplace(observation.landmark, next);
+      next += is_new ? 1 : 0;
+      observation.landmark = at->second;
+    }
 }
 
 }  // namespace trundle::slam

@@ -11,4 +11,8 @@ using ShownObservations = std::vector<std::vector<Observation>>;
 /// is neither.
 [[nodiscard]] ShownObservations shown_observations(const SlamInput& input, const SlamResult& filtered);
 
+/// What has no name, from `named` on, is a landmark of this robot alone: it is numbered from `next` on, which
+/// counts them.
+void number_unidentified(LandmarkId named, LandmarkId& next, ShownObservations& shown);
+
 }  // namespace trundle::slam

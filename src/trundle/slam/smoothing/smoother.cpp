@@ -55,12 +55,14 @@ class Smoothing {
 
   /// From the trajectory of a filter, which may have been lost.
   SmoothedSlam from_filtered(const Trajectory& start) {
-    return result(minimum_from(problem_, track_.at_keyframes(start), *minimiser_, minimise_options()));
+    return result(
+        minimum_from(problem_, track_.at_keyframes(start), *minimiser_, minimise_options(options_)));
   }
   /// From one that is nearly right.
   SmoothedSlam from_smoothed(const Trajectory& start, std::size_t starts) {
     return result(
-        {minimum_near(problem_, track_.at_keyframes(start), *minimiser_, minimise_options()), starts});
+        {minimum_near(problem_, track_.at_keyframes(start), *minimiser_, minimise_options(options_)),
+         starts});
   }
 
   const LandmarkSensor& sensor() const { return problem_.sensors.front(); }
@@ -74,9 +76,6 @@ class Smoothing {
   }
 
  private:
-  MinimiseOptions minimise_options() const {
-    return {.most_iterations = options_.most_iterations, .enough = options_.enough};
-  }
   int number_of(LandmarkId id) const {
     const auto landmarks = track_.landmarks();
     return track_.first_landmark() + static_cast<int>(std::ranges::find(landmarks, id) - landmarks.begin());

@@ -1,9 +1,15 @@
 #pragma once
 
 #include "trundle/geometry/trajectory.hpp"
+#include "trundle/slam/smoothing/smoother.hpp"
 #include "trundle/slam/smoothing/solver/minimise.hpp"
 
 namespace trundle::slam {
+
+/// Of a smoother's minimisations.
+[[nodiscard]] inline MinimiseOptions minimise_options(const SmootherOptions& options) {
+  return {.most_iterations = options.most_iterations, .enough = options.enough};
+}
 
 /// Two for each sighting, of a robot too, less two for each landmark and three for each track whose start is
 /// free, one for each reading of the bias: what the cost is near when the noise is as it is said to be.

@@ -136,8 +136,8 @@ TeamExplanation reassociated(std::span<const RobotRecording> robots, std::span<c
       placed.push_back(path_from_start(robots[i], best.estimates[i].trajectory));
     RobotsProblem all = problem_of(robots, seen, shown, std::move(placed), options);
     Minimiser minimiser(all.problem);
-    Minimum minimum = minimum_near(all.problem, all.at_keyframes(all.placed), minimiser,
-                                   {.most_iterations = options.most_iterations, .enough = options.enough});
+    Minimum minimum =
+        minimum_near(all.problem, all.at_keyframes(all.placed), minimiser, minimise_options(options));
     TeamExplanation there{std::move(shown), std::move(all), std::move(minimiser), std::move(minimum)};
     if (!there.linearised.linearise(there.all.problem, there.minimum.state)) return there;
     there.add_estimates();

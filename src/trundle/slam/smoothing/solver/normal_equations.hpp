@@ -55,6 +55,19 @@ void add_to(T& equations, const MotionLink& link, const SmoothingProblem& proble
   equations.add(parameters, link.by_parameters.transpose() * We.head<3>());
 }
 
+/// What a residual says of the parameters by what its sensor errs by. Returns how it depends on them so,
+/// times its weight.
+template <NormalEquations T, class Residual>
+Eigen::Matrix2Xd add_sensor_to(T& equations, int sensor, const Residual& r, double weight,
+                               const SmoothingProblem& problem) {
+  const int parameters = equations.parameter_block();
+  const Eigen::Matrix2Xd by_parameters = through_errors_of(sensor, problem, r.by_sensor);
+  Eigen::Matrix2Xd W_by = weight * by_parameters;
+  equations.add(parameters, parameters, by_parameters.transpose() * W_by);
+  equations.add(parameters, -W_by.transpose() * r.error);
+  return W_by;
+}
+
 template <NormalEquations T>
 void add_to(T& equations, const SightingLink& link, const SmoothingProblem& problem,
             const SmoothingState& state) {
@@ -69,12 +82,9 @@ void add_to(T& equations, const SightingLink& link, const SmoothingProblem& prob
   equations.add(landmark, -weight * r.by_landmark.transpose() * r.error);
   if (problem.sensor_errors.empty()) return;
   const int parameters = equations.parameter_block();
-  const Eigen::Matrix2Xd by_parameters = through_errors_of(link.sensor, problem, r.by_sensor);
-  const Eigen::Matrix2Xd W_by = weight * by_parameters;
-  equations.add(parameters, parameters, by_parameters.transpose() * W_by);
+  const Eigen::Matrix2Xd W_by = add_sensor_to(equations, link.sensor, r, weight, problem);
   equations.add(pose, parameters, r.by_pose.transpose() * W_by);
   equations.add(landmark, parameters, r.by_landmark.transpose() * W_by);
-  equations.add(parameters, -W_by.transpose() * r.error);
 }
 
 template <NormalEquations T>
@@ -95,12 +105,9 @@ void add_to(T& equations, const RobotLink& link, const SmoothingProblem& problem
   equations.add(seen, -weight * (by_seen.transpose() * r.error).head(n));
   if (problem.sensor_errors.empty()) return;
   const int parameters = equations.parameter_block();
-  const Eigen::Matrix2Xd by_parameters = through_errors_of(link.sensor, problem, r.by_sensor);
-  const Eigen::Matrix2Xd W_by = weight * by_parameters;
-  equations.add(parameters, parameters, by_parameters.transpose() * W_by);
+  const Eigen::Matrix2Xd W_by = add_sensor_to(equations, link.sensor, r, weight, problem);
   equations.add(pose, parameters, (by_pose.transpose() * W_by).topRows(n));
   equations.add(seen, parameters, (by_seen.transpose() * W_by).topRows(n));
-  equations.add(parameters, -W_by.transpose() * r.error);
 }
 
 template <NormalEquations T>
