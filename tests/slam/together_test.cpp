@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "trundle/io/error.hpp"
-#include "trundle/slam/smoothing/robust_alignment.hpp"
+#include "trundle/slam/smoothing/together/robust_alignment.hpp"
 #include "trundle/statistics/distribution.hpp"
 
 #include "scale.hpp"

@@ -15,7 +15,7 @@ namespace trundle::slam {
 /// What the sightings of each robot show, and the most probable paths and map if they do; its cost is that of
 /// docs/theory/smoother.md, eq. 4, and re-association.md, eq. 14.
 template <class E>
-concept Explanation = requires(const E& explanation, LandmarkId landmark) {
+concept BatchExplanation = requires(const E& explanation, LandmarkId landmark) {
   { explanation.shown } -> std::convertible_to<std::span<const ShownObservations>>;
   { explanation.cost } -> std::convertible_to<double>;
   { explanation.robots() } -> std::convertible_to<std::vector<ShownFromPath>>;
@@ -28,7 +28,7 @@ concept Explanation = requires(const E& explanation, LandmarkId landmark) {
 /// instant for itself.
 /// `explain(shown, best)` gives the explanation of what sightings are said to show that is near the best.
 /// docs/theory/re-association.md.
-template <Explanation E, class Explain>
+template <BatchExplanation E, class Explain>
 class ReAssociation {
  public:
   ReAssociation(std::span<const SlamInput* const> inputs, const Explain& explain, E first)

@@ -8,8 +8,8 @@
 
 #include "trundle/slam/nth.hpp"
 #include "trundle/slam/smoothing/re_association_search.hpp"
-#include "trundle/slam/smoothing/robots_minimum.hpp"
 #include "trundle/slam/smoothing/smoother_start.hpp"
+#include "trundle/slam/smoothing/together/robots_minimum.hpp"
 #include "trundle/statistics/median.hpp"
 
 namespace trundle::slam {

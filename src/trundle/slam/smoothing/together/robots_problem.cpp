@@ -1,4 +1,4 @@
-#include "trundle/slam/smoothing/robots_problem.hpp"
+#include "trundle/slam/smoothing/together/robots_problem.hpp"
 
 #include <algorithm>
 

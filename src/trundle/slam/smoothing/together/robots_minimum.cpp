@@ -1,4 +1,4 @@
-#include "trundle/slam/smoothing/robots_minimum.hpp"
+#include "trundle/slam/smoothing/together/robots_minimum.hpp"
 
 #include <algorithm>
 #include <cmath>

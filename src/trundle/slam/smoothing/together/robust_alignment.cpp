@@ -1,4 +1,4 @@
-#include "trundle/slam/smoothing/robust_alignment.hpp"
+#include "trundle/slam/smoothing/together/robust_alignment.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "trundle/slam/smoothing/placement.hpp"
+#include "trundle/slam/smoothing/together/placement.hpp"
 
 #include <algorithm>
 #include <functional>
@@ -10,9 +10,9 @@
 
 #include "trundle/io/error.hpp"
 #include "trundle/slam/smoothing/counted_errors.hpp"
-#include "trundle/slam/smoothing/robust_alignment.hpp"
 #include "trundle/slam/smoothing/smoother_start.hpp"
 #include "trundle/slam/smoothing/solver/minimise.hpp"
+#include "trundle/slam/smoothing/together/robust_alignment.hpp"
 
 namespace trundle::slam {
 namespace {

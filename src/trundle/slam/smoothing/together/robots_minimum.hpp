@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
-#include "trundle/slam/smoothing/robots_problem.hpp"
 #include "trundle/slam/smoothing/solver/minimise.hpp"
+#include "trundle/slam/smoothing/together/robots_problem.hpp"
 
 namespace trundle::slam {
 

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "trundle/slam/smoothing/counted_errors.hpp"
-#include "trundle/slam/smoothing/placement.hpp"
 #include "trundle/slam/smoothing/together.hpp"
+#include "trundle/slam/smoothing/together/placement.hpp"
 #include "trundle/slam/smoothing/track.hpp"
 
 namespace trundle::slam {
