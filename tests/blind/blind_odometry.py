@@ -94,7 +94,7 @@ class OdometryChecks(Checks):
 
     def clocks(self, folder: Path, seed: int) -> None:
         """Of reference, gyro and steering, by `info`."""
-        rng, kind = np.random.default_rng(seed), ("differential", "car", "omni3", "tricycle")[seed % 4]
+        rng, kind = np.random.default_rng(seed), ("differential", "car", "omni3", "tricycle", "pods")[seed % 5]
         robot = Robot(rng, kind, True, 1.0)
         late = dict(zip(("reference", "gyro", "steering"), rng.choice([-1, 1], 3) * rng.uniform(0.03, [0.3, 0.1, 0.1])))
         reference = Reference(rng.choice([10, 50]), 0.002, 0.005, late["reference"])
@@ -106,6 +106,19 @@ class OdometryChecks(Checks):
             if found and found.get("sigma_s"):
                 held = abs(found["time_offset_s"] + late_s) < 3 * found["sigma_s"]  # which has a floor, by the steps of a stream
                 self.count(f"info: clock of the {clock} within three sigmas", [held], 0.9973, 1)
+
+    def late_gyro(self, folder: Path, seed: int) -> None:
+        """Of pods, whose turns nothing else on board shows: calibrated by motion capture, and driven anew."""
+        rng = np.random.default_rng(seed)
+        robot = Robot(rng, "pods", True, 1.0, True, ticks=(360, 1000, 4096))
+        late_s = float(rng.choice([-1, 1]) * rng.uniform(0.03, 0.1))
+        for name in "ab":
+            Recording(folder / "runs" / name, robot, Drive(robot, rng, 30, rng.uniform(0.3, 0.5)), rng, WAYS["motion capture"], late_s)
+        (folder / "robot.toml").write_text(robot.file(self.sigma_stated))
+        recording = Recording(folder / "c", robot, Drive(robot, rng, 30, 0.4), rng, gyro_late_s=late_s)
+        if (self.answer("calibrate", folder / "runs", "--robot", folder / "robot.toml", "-o", folder / "calibrated.toml")
+                and self.answer("odometry", folder / "c", "--robot", folder / "calibrated.toml", "-o", folder / "c.csv")):
+            self.add("odometry, gyro's clock calibrated: last pose", recording.nees(table(folder / "c.csv")[-1]))
 
     def straight(self, folder: Path, seed: int) -> None:
         """What `info` warns of, of a robot that drives straight on and back, and has no fault; it warns beyond three sigmas."""
@@ -185,7 +198,7 @@ def main() -> int:
     parser.add_argument("--draws", type=int, default=12, help="of each kind of robot; calibrations, clocks and slips are twice as many, straight drives four times")
     options = parser.parse_args()
     checks = OdometryChecks(options.program, options.noise_stated)
-    draws = {checks.odometry: 9, checks.calibration: 2, checks.clocks: 2, checks.slip: 2, checks.straight: 4}
+    draws = {checks.odometry: 9, checks.calibration: 2, checks.clocks: 2, checks.slip: 2, checks.straight: 4, checks.late_gyro: 2}
     return judged(checks, {step: range(1000 * i, 1000 * i + share * options.draws) for i, (step, share) in enumerate(draws.items())})
 
 

@@ -44,9 +44,21 @@ ClockComparison judged(ClockComparison clocks, const GivenOffset& given, const R
   return clocks;
 }
 
+/// A gyro, and turns that something else measures.
 bool has_two_clocks(const Recording& recording, const Robot& robot) {
   return robot.chassis.wheel_count > 0 && !recording.wheels.time_s.empty() && robot.chassis.gyro &&
-         !recording.gyro.time_s.empty() && observability(rows_of(robot.chassis, false)).rank == 3;
+         !recording.gyro.time_s.empty() &&
+         (observability(rows_of(robot.chassis, false)).rank == 3 || recording.reference.has_headings());
+}
+
+/// That the clocks of two sensors differ, where the motion does not tell which of them is wrong.
+std::optional<Finding> are_apart(const std::optional<TimeOffset>& apart, FindingCode code,
+                                 const std::string& place, std::string_view other) {
+  if (!apart || !is_off(*apart, 0.0)) return std::nullopt;
+  return Finding{.code = code,
+                 .place = place,
+                 .subjects = {std::string(other)},
+                 .payload = payload::Offset{apart->offset_s, apart->sigma_s}};
 }
 
 std::vector<std::string> steering_columns(const Recording& recording) {
@@ -67,15 +79,24 @@ std::string recording_toml_of(const Recording& recording) {
 BoardClocks compare_clocks(const Recording& recording, const Robot& robot,
                            const std::optional<TimeOffset>& by_unsteered) {
   const SteeringClocks steering = steering_clocks(recording, robot);
+  const GyroClocks by_reference = gyro_and_reference_clocks(recording, robot);
+  const auto is_reference_off = [&](const std::optional<TimeOffset>& reference) {
+    return reference && is_off(*reference, robot.reference_time_offset_s);
+  };
   BoardClocks clocks;
-  if (has_two_clocks(recording, robot))
+  if (has_two_clocks(recording, robot)) {
+    const std::optional<TimeOffset>& otherwise = steering.gyro ? steering.gyro : by_reference.gyro;
+    const std::string& file = recording.gyro.origin.file;
     clocks.gyro =
-        judged({.is_possible = true, .offset = by_unsteered ? by_unsteered : steering.gyro, .problem = {}},
+        judged({.is_possible = true, .offset = by_unsteered ? by_unsteered : otherwise, .problem = {}},
                {.robot_table = "gyro",
                 .map_table = "gyro",
                 .by_robot_s = robot.chassis.gyro->time_offset_s,
                 .by_map_s = recording.gyro.origin.time_offset_s},
-               recording, robot, {.code = FindingCode::time_offset, .place = recording.gyro.origin.file});
+               recording, robot, {.code = FindingCode::time_offset, .place = file});
+    if (!clocks.gyro.problem && !is_reference_off(by_reference.reference))
+      clocks.gyro.problem = are_apart(by_reference.apart, FindingCode::time_offset, file, "reference");
+  }
   if (!steering.is_possible) return clocks;
   const std::string& file = recording.wheels.origin.file;
   clocks.steering = judged(
@@ -86,14 +107,8 @@ BoardClocks compare_clocks(const Recording& recording, const Robot& robot,
        .by_robot_s = steering_time_offset_s(robot.chassis)},
       recording, robot,
       {.code = FindingCode::steering_time_offset, .place = file, .subjects = steering_columns(recording)});
-  const bool is_told = clocks.steering.problem || clocks.gyro.problem ||
-                       (steering.reference && is_off(*steering.reference, robot.reference_time_offset_s));
-  if (!is_told && steering.apart && is_off(*steering.apart, 0.0))
-    clocks.steering.problem =
-        Finding{.code = FindingCode::steering_time_offset,
-                .place = file,
-                .subjects = {std::string(steering.by)},
-                .payload = payload::Offset{steering.apart->offset_s, steering.apart->sigma_s}};
+  if (!clocks.steering.problem && !clocks.gyro.problem && !is_reference_off(steering.reference))
+    clocks.steering.problem = are_apart(steering.apart, FindingCode::steering_time_offset, file, steering.by);
   return clocks;
 }
 

@@ -13,6 +13,9 @@ struct ClockComparison {
   bool is_possible = false;          ///< both are there, and may show the same motion
   std::optional<TimeOffset> offset;  ///< none: it cannot be determined
   std::optional<Finding> problem;    ///< it is not what the files say, and does harm
+
+  /// Then by how much is known, too: of clocks that are apart it may not be.
+  [[nodiscard]] bool is_off() const { return problem && offset; }
 };
 /// Those on board.
 struct BoardClocks {

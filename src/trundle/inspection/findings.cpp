@@ -256,12 +256,14 @@ void compare_all_clocks(const Recording& recording, const Overview& overview,
   findings.steering_time_offset = board.steering.offset;
   ClockComparison reference, sightings;
   if (all) {
-    // Their clocks are told by the motion, which a steering that is late makes another.
+    // Their clocks are told by the motion, which a steering or a gyro that is late makes another.
     std::optional<AlignedReadings> corrected;
-    if (board.steering.problem && board.steering.offset) {
+    if (board.steering.is_off() || board.gyro.is_off()) {
       Robot told = robot;
-      move_steering_clock(board.steering.offset->offset_s - steering_time_offset_s(robot.chassis),
-                          told.chassis);
+      if (board.steering.is_off())
+        move_steering_clock(board.steering.offset->offset_s - steering_time_offset_s(robot.chassis),
+                            told.chassis);
+      if (board.gyro.is_off()) told.chassis.gyro->time_offset_s = board.gyro.offset->offset_s;
       corrected = align(recording, told);
     }
     const AlignedReadings& readings = corrected ? *corrected : all->readings();

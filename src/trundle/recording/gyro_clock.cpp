@@ -11,7 +11,7 @@
 #include "trundle/chassis/without_wheel.hpp"
 #include "trundle/recording/alignment/replay.hpp"
 #include "trundle/recording/csv/detail/table.hpp"
-#include "trundle/recording/detail/offset_search.hpp"
+#include "trundle/recording/detail/clock_comparison.hpp"
 #include "trundle/recording/detail/turn_windows.hpp"
 #include "trundle/statistics/nth_smallest.hpp"
 
@@ -91,8 +91,30 @@ std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const Rob
   GyroClock clock(recording, robot, options);
   while (const std::optional<AlignedInterval> interval = replay.next())
     clock.add(interval->increment, interval->bridged);
-  const std::optional<TimeOffset> found = clock.take_offset(replay.start_s());
-  return found ? found : steering_clocks(recording, robot, options).gyro;
+  if (const auto by_wheels = clock.take_offset(replay.start_s())) return by_wheels;
+  if (const auto by_steering = steering_clocks(recording, robot, options).gyro) return by_steering;
+  return gyro_and_reference_clocks(recording, robot, options).gyro;
+}
+
+GyroClocks gyro_and_reference_clocks(const Recording& recording, const Robot& robot,
+                                     const TimeOffsetOptions& options) {
+  if (!robot.chassis.gyro || recording.gyro.time_s.size() < 2 || !recording.reference.has_headings() ||
+      observability(rows_of(robot.chassis, false)).rank == 3)
+    return {};
+  const auto path_at = [&recording, moved = robot,
+                        given_s = robot.chassis.gyro->time_offset_s](double later_s) mutable {
+    moved.chassis.gyro->time_offset_s = given_s + later_s;
+    return motion_path(align(recording, moved), moved);
+  };
+  const auto joint =
+      sensor_and_reference_clocks({.path_at = path_at, .sensor_step_s = median_step(recording.gyro.time_s)},
+                                  recording.reference, robot, options);
+  if (!joint) return {};
+  const JointOffsets found = find_offsets(*joint);
+  GyroClocks clocks{.is_possible = true, .gyro = found.each[0], .reference = found.each[1]};
+  clocks.apart = found.apart;
+  if (clocks.gyro) clocks.gyro->offset_s += robot.chassis.gyro->time_offset_s;
+  return clocks;
 }
 
 }  // namespace trundle::recording

@@ -196,28 +196,15 @@ std::optional<ClockComparison> comparison_of(std::vector<LogOnTwoClocks> logs, c
   return comparison;
 }
 
-/// The regressors of each channel: what a steering's zero is off turns the body by a multiple of its way.
-std::vector<Eigen::MatrixXd> steered_channels_of(const std::vector<ReferenceStep>& steps) {
-  std::vector<Eigen::MatrixXd> channels = channels_of<Eigen::MatrixXd>(steps, true);
-  const Vector way = channels[0];
-  channels[1].conservativeResize(Eigen::NoChange, 2);
-  channels[1].col(1) = way;
-  return channels;
-}
-
 }  // namespace
 
-std::optional<JointClocks> steering_and_reference_clocks(const SteeredMotion& motion,
-                                                         const ReferenceStream& reference, const Robot& robot,
-                                                         const TimeOffsetOptions& steering) {
+std::optional<JointClocks> sensor_and_reference_clocks(MotionOnTwoClocks motion,
+                                                       const ReferenceStream& reference, const Robot& robot,
+                                                       const TimeOffsetOptions& options) {
   if (!shows_motion(reference) || !reference.has_headings()) return std::nullopt;
-  const auto path_at = [&motion](double later_s) {
-    SteeredMotion::Twists by = motion.twists(later_s);
-    return motion_path(motion.readings(), std::move(by.twist), std::move(by.lost));
-  };
-  auto log = on_two_clocks(reference, path_at(0.0), robot, kReferenceClock.window_s);
+  auto log = on_two_clocks(reference, motion.path_at(0.0), robot, kReferenceClock.window_s);
   if (!log) return std::nullopt;
-  const double row_s = log->row_s, window_s = log->window_s;
+  const double row_s = std::max(log->row_s, motion.sensor_step_s), window_s = log->window_s;
   std::vector<LogOnTwoClocks> logs{*std::move(log)};
   auto alone = comparison_of(logs, robot, kReferenceClock);
   if (!alone) return std::nullopt;
@@ -225,23 +212,28 @@ std::optional<JointClocks> steering_and_reference_clocks(const SteeredMotion& mo
                      .duration_s = std::move(alone->clocks.duration_s),
                      .used = std::move(alone->clocks.used),
                      .moved = {},
-                     .search = {OffsetSearch{.largest_s = steering.largest_s,
+                     .search = {OffsetSearch{.largest_s = options.largest_s,
                                              .step_s = 0.5 * window_s,
                                              .change_s = row_s,
                                              .least_sigma_s = row_s / 20.0,
-                                             .largest_sigma_s = steering.largest_sigma_s,
+                                             .largest_sigma_s = options.largest_sigma_s,
                                              .least_correlation = kReferenceClock.least_correlation},
                                 alone->search}};
-  clocks.moved = [path_at, log = std::move(logs.front()), at_s = 0.0](const Eigen::Vector2d& offsets_s,
-                                                                      std::vector<bool>& used) mutable {
-    if (offsets_s[0] != std::exchange(at_s, offsets_s[0])) log.path = path_at(offsets_s[0]).value();
+  clocks.moved = [motion = std::move(motion), log = std::move(logs.front()), at_s = 0.0](
+                     const Eigen::Vector2d& offsets_s, std::vector<bool>& used) mutable {
+    if (offsets_s[0] != std::exchange(at_s, offsets_s[0])) log.path = motion.path_at(offsets_s[0]).value();
     std::vector<ReferenceStep> steps = log.on_board(offsets_s[1]);
     for (std::size_t i = 0; i < steps.size(); ++i)
       if (!std::isfinite(steps[i].way_m)) {
         used[i] = false;
         steps[i].way_m = steps[i].turn_rad = 0.0;
       }
-    return steered_channels_of(steps);
+    auto channels = channels_of<Eigen::MatrixXd>(steps, true);
+    if (motion.turns_by_way) {
+      channels[1].conservativeResize(Eigen::NoChange, 2);
+      channels[1].col(1) = channels[0];
+    }
+    return channels;
   };
   return clocks;
 }

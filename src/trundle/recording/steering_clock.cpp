@@ -11,6 +11,7 @@
 #include "trundle/chassis/without_wheel.hpp"
 #include "trundle/recording/csv/detail/table.hpp"
 #include "trundle/recording/detail/clock_comparison.hpp"
+#include "trundle/recording/detail/steered_motion.hpp"
 #include "trundle/recording/detail/turn_windows.hpp"
 #include "trundle/recording/time_offset.hpp"
 
@@ -139,7 +140,13 @@ SteeringClocks by_gyro(const GyroStream& stream, const Gyro& gyro, TurnsBySteeri
 
 SteeringClocks by_reference(const SteeredMotion& motion, const ReferenceStream& reference, const Robot& robot,
                             const TimeOffsetOptions& options) {
-  const auto joint = steering_and_reference_clocks(motion, reference, robot, options);
+  const auto path_at = [&motion](double later_s) {
+    SteeredMotion::Twists by = motion.twists(later_s);
+    return motion_path(motion.readings(), std::move(by.twist), std::move(by.lost));
+  };
+  const auto joint = sensor_and_reference_clocks(
+      {.path_at = path_at, .turns_by_way = true, .sensor_step_s = motion.steering_step_s()}, reference, robot,
+      options);
   const JointOffsets found = joint ? find_offsets(*joint) : JointOffsets{};
   SteeringClocks clocks{.is_possible = true, .by = "reference", .steering = found.each[0]};
   clocks.reference = found.each[1];

@@ -30,11 +30,26 @@ struct TimeOffsetOptions {
 };
 
 /// The offset at which the turns of the gyro explain those of the wheels best, their scale and the gyro's
-/// bias being free; windows where a wheel slips are left out. docs/theory/alignment.md. Nothing where it
-/// cannot be determined: the wheels alone do not see the robot turn, it hardly turns or always at one rate,
-/// the turns do not agree, or no gyro was recorded. Throws as align() does.
+/// bias being free; windows where a wheel slips are left out. docs/theory/alignment.md. Where wheels do not
+/// see turns: as gyro_and_reference_clocks() has it. Nothing where it cannot be determined: the robot hardly
+/// turns or always at one rate, the turns do not agree, nothing else measures turns, or no gyro was recorded.
+/// Throws as align() does.
 std::optional<TimeOffset> gyro_time_offset(const Recording& recording, const Robot& robot,
                                            const TimeOffsetOptions& options = {});
+
+struct GyroClocks {
+  bool is_possible = false;  ///< the gyro alone sees turns, and a reference shows them
+  std::optional<TimeOffset> gyro = {}, reference = {};  ///< each to be its sensor's time_offset_s
+  /// How much farther the gyro's clock is from what the robot file says than the reference's: where the speed
+  /// hardly changes both may be anything together, and this is told.
+  std::optional<TimeOffset> apart = {};
+};
+
+/// Where wheels do not see the robot turn, as passive pods do not: the ways that a reference shows tell its
+/// clock, and its turns the gyro's. Both are found together. docs/theory/joint-clocks.md. Throws as align()
+/// does.
+GyroClocks gyro_and_reference_clocks(const Recording& recording, const Robot& robot,
+                                     const TimeOffsetOptions& options = {});
 
 /// How far the steering's clock is from that of the wheels, found in a log.
 struct SteeringClocks {
@@ -50,7 +65,7 @@ struct SteeringClocks {
 
 /// The offset at which the turns that the steering makes of the way explain best those that are measured
 /// otherwise: by wheels that are not steered, else the gyro, else the headings of the reference, whose own
-/// clock is found along with it. All steered wheels have one clock. docs/theory/steering-clock.md. Nothing
+/// clock is found along with it. All steered wheels have one clock. docs/theory/joint-clocks.md. Nothing
 /// where it cannot be determined. Throws as align() does.
 SteeringClocks steering_clocks(const Recording& recording, const Robot& robot,
                                const TimeOffsetOptions& options = {});

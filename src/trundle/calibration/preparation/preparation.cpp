@@ -69,7 +69,9 @@ void set_board_clocks(std::span<const Recording> recordings, Preparation& ready)
     double& time_offset_s = robot.chassis.gyro->time_offset_s;
     ready.gyro_clock = set_clock(
         offsets, time_offset_s, [&](double by_s) { time_offset_s += by_s; }, "gyro.time_offset_s",
-        "the turns of gyro and wheels");
+        observability(rows_of(robot.chassis, false)).rank == 3
+            ? "the turns of gyro and wheels"
+            : "the turns of gyro and reference, and the ways of wheels and reference");
   }
   const auto apart = mean_of(offsets_of(clocks, &SteeringClocks::apart));
   if (!ready.steering_clock && !ready.gyro_clock && robot.chassis.gyro && apart && is_off(*apart, 0.0))

@@ -144,6 +144,9 @@ inline constexpr Sentence kSentences[] = {
     {time_offset, with<ClockOffset>,
      "the gyro's stamps are {size:.1f} ms too {side} against the wheels', which looks like slip at every "
      "start of a turn: {remedy}"},
+    {time_offset, with<Offset>,
+     "the clocks of gyro and {subject} are {value:.3f} ± {sigma:.3f} s farther apart than the robot file "
+     "says, and this motion does not tell which of them is wrong: drive curves at changing speeds"},
     {steering_time_offset, with<ClockOffset>,
      "the steering is read {size:.0f} ± {sigma:.1f} ms too {side} in {subjects}, by turns that are measured "
      "otherwise: {remedy}"},
