@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "trundle/chassis/without_wheel.hpp"
 #include "trundle/geometry/squared.hpp"
@@ -20,6 +21,14 @@ Chassis with_steering_ahead(const Chassis& chassis) {
     if (i >= ahead.wheels().size()) wheel.kind = WheelKind::omni;
   }
   return ahead;
+}
+
+/// Of the count between the last interval and the next one, along (c, s).
+void add_rounding(double c, double s, double variance, ContactMotion& contact) {
+  const double dx = c - std::exchange(contact.last_x, c), dy = s - std::exchange(contact.last_y, s);
+  contact.variance_xx += variance * dx * dx;
+  contact.variance_xy += variance * dx * dy;
+  contact.variance_yy += variance * dy * dy;
 }
 
 }  // namespace
@@ -61,6 +70,7 @@ void add_interval(const Chassis& chassis, const Increment& increment, ContactMot
     const double along = rolling_variance(chassis, i, std::abs(travel_m));
     const double across = lateral_variance(chassis, mean_m) + misreading_variance(wheel, travel_m);
     ContactMotion& contact = contacts[i];
+    if (travel_m != 0.0) add_rounding(c, s, rounding_variance(wheel), contact);
     contact.x_m += travel_m * c;
     contact.y_m += travel_m * s;
     contact.variance_xx += along * c * c + across * s * s;

@@ -17,17 +17,21 @@ namespace trundle::chassis {
 [[nodiscard]] Rows checking_rows(const Chassis& chassis, bool with_gyro);
 
 /// Displacement of a contact point in the axes of the body, summed over intervals, and the covariance of its
-/// noise without that of rounded readings.
+/// noise. A count that is rounded up in one interval is missing in the next, along the wheel's direction in
+/// each: what is left of it where the wheel is steered in between counts, that of the last reading does not.
+/// docs/theory/slip-detection.md, eq. 6a.
 struct ContactMotion {
   double x_m = 0.0;
   double y_m = 0.0;
   double variance_xx = 0.0;  ///< [m²]
   double variance_xy = 0.0;
   double variance_yy = 0.0;
+  double last_x = 0.0, last_y = 0.0;  ///< direction in the last interval in which it rolled
 
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
-    archive(self.x_m, self.y_m, self.variance_xx, self.variance_xy, self.variance_yy);
+    archive(self.x_m, self.y_m, self.variance_xx, self.variance_xy, self.variance_yy, self.last_x,
+            self.last_y);
   }
 };
 /// Of each wheel with an encoder; nothing of those that are not steered.

@@ -146,7 +146,10 @@ void Parity::read_in_body_axes(const JudgedInterval& interval, Raw& raw) const {
     const Eigen::Vector2d across(-contact.y_m, contact.x_m);
     Eigen::Matrix2d covariance;
     covariance << contact.variance_xx, contact.variance_xy, contact.variance_xy, contact.variance_yy;
-    covariance += 2.0 * rounding_variance(wheel) * raw.direction[w] * raw.direction[w].transpose();
+    const Eigen::Vector2d rolled(contact.last_x, contact.last_y);
+    const bool is_still = rolled.isZero();  // by less than a count
+    const Eigen::Vector2d rounded = is_still ? Eigen::Vector2d(std::sqrt(2.0) * last) : rolled;
+    covariance += rounding_variance(wheel) * rounded * rounded.transpose();
     covariance += steering_rounding_variance(wheel) * across * across.transpose();
     const int j = lateral_row_[w];
     z[i] = contact.x_m;
