@@ -1,5 +1,7 @@
 #include "trundle/calibration/validation/influence.hpp"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "calibration/simulated_runs.hpp"
@@ -50,6 +52,26 @@ TEST_F(InfluenceOfRuns, LeavingARunOutIsWhatAnotherFitFinds) {
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(left_out));
     const Eigen::VectorXd refit = values(estimate_parameters({others, nominal_, parameters_}).robot);
     EXPECT_LT(distance(influence_.without[left_out], refit), 0.3) << left_out;
+  }
+}
+
+/// Another fit of the others alone, without the run, is the oracle.
+TEST_F(InfluenceOfRuns, HoldingAParameterTakesTheOthersWhereAnotherFitOfThemFindsThem) {
+  constexpr std::size_t kLeftOut = 2;
+  std::vector<trundle::calibration::Run> others = runs_;
+  others.erase(others.begin() + kLeftOut);
+  for (std::size_t held = 0; held < parameters_.size(); ++held) {
+    const auto row = static_cast<Eigen::Index>(held);
+    const double value = values(estimate_.robot)[row] + 3.0 * std::sqrt(estimate_.covariance(row, row));
+    Robot given = nominal_;
+    set_value(parameters_[held], value, given);
+    std::vector<Parameter> free = parameters_;
+    free.erase(free.begin() + row);
+    const Eigen::VectorXd refit = values(estimate_parameters({others, given, free}).robot);
+    const Eigen::VectorXd moved = without_holding(held, value, influence_)[kLeftOut];
+    EXPECT_DOUBLE_EQ(moved[row], value);
+    EXPECT_LT(distance(moved, refit), 0.3) << held;
+    EXPECT_GT(distance(influence_.without[kLeftOut], refit), 1.0) << held;
   }
 }
 

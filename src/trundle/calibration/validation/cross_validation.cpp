@@ -49,6 +49,64 @@ Robot robot_with(const Robot& robot, std::span<const Parameter> parameters, cons
   return changed;
 }
 
+/// What judges parameters: runs, or the halves of a single one, each by what the others say.
+class JudgedParts {
+ public:
+  /// Nothing where there are no two, or none of the parameters is observable in them.
+  static std::optional<JudgedParts> of(const CalibrationProblem& problem, const Estimate& estimate) {
+    JudgedParts judged(problem, estimate.noise.levels);
+    if (judged.parts_.size() < 2) return std::nullopt;
+    const CalibrationProblem of_parts{judged.parts_, problem.nominal, problem.parameters,
+                                      judged.shares_gyro_bias()};
+    judged.influence_ = influence_of(judged.of_halves() ? estimate_parameters(of_parts) : estimate,
+                                     problem.nominal, problem.parameters);
+    if (judged.influence_.without.empty()) return std::nullopt;
+    return judged;
+  }
+
+  JudgedParts(JudgedParts&&) = default;
+
+  [[nodiscard]] const Influence& influence() const { return influence_; }
+
+  /// By the values that each of them is given. Nothing where fewer than two show positions.
+  [[nodiscard]] std::optional<CrossValidation> validate(std::span<const Eigen::VectorXd> values) const {
+    CrossValidation validation{.of_halves = of_halves()};
+    HeldOutErrors sum;
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      const Run& part = parts_[i];
+      const Robot calibrated =
+          with_noise(robot_with(problem_.nominal, problem_.parameters, values[i]), levels_);
+      const auto errors = held_out_errors(as_recorded(part), problem_.nominal, calibrated, levels_.reference,
+                                          !shares_gyro_bias() && part.shows_gyro_bias());
+      if (!errors) continue;
+      sum.add(*errors);
+      ++validation.parts;
+    }
+    if (validation.parts < 2) return std::nullopt;
+    const auto n = static_cast<double>(validation.parts);
+    validation.given_m = std::sqrt(sum.given_m2 / n);
+    validation.calibrated_m = std::sqrt(sum.calibrated_m2 / n);
+    if (sum.pull_variance_m4 > 0.0) validation.pull_sigma = sum.pull_m2 / std::sqrt(sum.pull_variance_m4);
+    return validation;
+  }
+
+ private:
+  JudgedParts(const CalibrationProblem& problem, const NoiseLevels& levels)
+      : problem_(problem),
+        levels_(levels),
+        halves_(of_halves() ? halves_of(problem.runs.front()) : std::vector<Run>{}),
+        parts_(of_halves() ? std::span(halves_) : problem.runs) {}
+
+  bool of_halves() const { return problem_.runs.size() == 1; }
+  bool shares_gyro_bias() const { return of_halves() || problem_.share_gyro_bias; }
+
+  const CalibrationProblem& problem_;
+  NoiseLevels levels_;
+  std::vector<Run> halves_;
+  std::span<Run> parts_;  // of the halves where they stand, too, once they have been moved
+  Influence influence_;
+};
+
 std::vector<Eigen::Index> indices_of(std::span<const Parameter> some, std::span<const Parameter> all) {
   std::vector<Eigen::Index> indices;
   for (const Parameter& parameter : some) indices.push_back(std::ranges::find(all, parameter) - all.begin());
@@ -90,17 +148,22 @@ ValidatedEstimate without(const Parameter& left_out, const ValidatedEstimate& fo
   return result;
 }
 
-/// That without which runs that are left out come out best.
+/// That without which runs that are left out come out best, by one Gauss–Newton step; the others are then
+/// estimated anew.
 ValidatedEstimate best_without_one(std::span<const Parameter> candidates, const ValidatedEstimate& found,
                                    const CalibrationProblem& problem) {
-  ValidatedEstimate best;
-  for (const Parameter& left_out : candidates) {
-    ValidatedEstimate fewer = without(left_out, found, problem);
-    const bool is_better = !best.validation || (fewer.validation && fewer.validation->calibrated_m <
-                                                                        best.validation->calibrated_m);
-    if (is_better) best = std::move(fewer);
-  }
-  return best;
+  CalibrationProblem of_found = problem;
+  of_found.parameters = found.parameters;
+  const auto judged = JudgedParts::of(of_found, found.estimate);
+  const auto error_m = [&](const Parameter& left_out) {
+    const auto j = static_cast<std::size_t>(indices_of(std::span(&left_out, 1), found.parameters).front());
+    const auto validation =
+        judged
+            ? judged->validate(without_holding(j, value_of(left_out, problem.nominal), judged->influence()))
+            : std::nullopt;
+    return validation ? validation->calibrated_m : INFINITY;
+  };
+  return without(*std::ranges::min_element(candidates, {}, error_m), found, problem);
 }
 
 /// What the errors of refused parameters, which stay as given, add to the covariance of the others. `error`:
@@ -139,32 +202,8 @@ std::string CrossValidation::words() const {
 }
 
 std::optional<CrossValidation> cross_validate(const CalibrationProblem& problem, const Estimate& estimate) {
-  CrossValidation validation{.of_halves = problem.runs.size() == 1};
-  std::vector<Run> halves = validation.of_halves ? halves_of(problem.runs.front()) : std::vector<Run>{};
-  const std::span<Run> parts = validation.of_halves ? std::span(halves) : problem.runs;
-  if (parts.size() < 2) return std::nullopt;
-  const CalibrationProblem of_parts{parts, problem.nominal, problem.parameters,
-                                    validation.of_halves || problem.share_gyro_bias};
-  const Influence influence = influence_of(validation.of_halves ? estimate_parameters(of_parts) : estimate,
-                                           problem.nominal, problem.parameters);
-  if (influence.without.empty()) return std::nullopt;
-  HeldOutErrors sum;
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    const Robot calibrated = with_noise(robot_with(problem.nominal, problem.parameters, influence.without[i]),
-                                        estimate.noise.levels);
-    const auto errors =
-        held_out_errors(as_recorded(parts[i]), problem.nominal, calibrated, estimate.noise.levels.reference,
-                        !of_parts.share_gyro_bias && parts[i].shows_gyro_bias());
-    if (!errors) continue;
-    sum.add(*errors);
-    ++validation.parts;
-  }
-  if (validation.parts < 2) return std::nullopt;
-  const auto n = static_cast<double>(validation.parts);
-  validation.given_m = std::sqrt(sum.given_m2 / n);
-  validation.calibrated_m = std::sqrt(sum.calibrated_m2 / n);
-  if (sum.pull_variance_m4 > 0.0) validation.pull_sigma = sum.pull_m2 / std::sqrt(sum.pull_variance_m4);
-  return validation;
+  const auto judged = JudgedParts::of(problem, estimate);
+  return judged ? judged->validate(judged->influence().without) : std::nullopt;
 }
 
 ValidatedEstimate estimate_what_holds(const CalibrationProblem& problem) {
