@@ -30,7 +30,7 @@ from wheeled import KINDS, STEP_S, Drive, Recording, Reference, Robot
 WAYS = {"motion capture": Reference(50, 0.002, 0.005), "positions": Reference(20, 0.005), "GPS": Reference(5, 0.05),
         "end poses": Reference(0, 0.003, math.radians(0.5))}
 CHI_SQUARE_3_95 = 7.815  # the quantile at 95 % for 3 degrees of freedom
-SLIPPING = [("differential", True), ("omni3", True), ("omni4", False), ("mecanum", True), ("omni4", True), ("mecanum", False)]
+SLIPPING = [("swerve", True), ("swerve", False), ("differential", True), ("omni3", True), ("omni4", False), ("mecanum", True), ("omni4", True), ("mecanum", False)]
 
 
 class OdometryChecks(Checks):

@@ -148,6 +148,22 @@ bool Comparer::is_clearly_better(double offset_s, double other_s) {
   return sum > kSignificant * std::sqrt(variance_of_sum(scatter));
 }
 
+bool Comparer::is_clearly_not(double special_s, double offset_s) {
+  static_cast<void>(at(special_s));  // the windows of both
+  const Comparison here = at(offset_s);
+  const Comparison there = at(special_s);
+  double gain = 0.0;
+  Vector by_noise = Vector::Zero(here.channels.front().residual.size());
+  for (std::size_t c = 0; c < here.channels.size(); ++c) {
+    const Vector& residual = here.channels[c].residual;
+    const Vector change = there.channels[c].residual - residual;
+    gain +=
+        (there.channels[c].residual.squaredNorm() - residual.squaredNorm()) / here.channels[c].mean_square();
+    by_noise += 2.0 / here.channels[c].mean_square() * residual.cwiseProduct(change);
+  }
+  return gain > kSignificant * std::sqrt(variance_of_sum(by_noise));
+}
+
 double search_from(Comparer& compare, double centre_s, double largest_s, double step_s) {
   const auto misfit = [&](double offset_s) { return compare.at(offset_s).misfit(); };
   double best = centre_s;

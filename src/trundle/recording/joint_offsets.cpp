@@ -125,7 +125,7 @@ bool is_clearly_better_than_given(const JointClocks& clocks, const Vector2d& off
   place_s += search_from(along, 0.0, search.largest_s, search.step_s) * kLines[free];
   Comparer compare = comparer_along(clocks, place_s, offsets_s - place_s);
   compare.use(along.windows());
-  return compare.is_clearly_better(1.0, 0.0);
+  return compare.is_clearly_not(0.0, 1.0);
 }
 
 /// With the second one as it is given.

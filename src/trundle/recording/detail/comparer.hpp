@@ -77,6 +77,10 @@ class Comparer {
   /// the scatter of their differences, window by window [Vuong 1989]. Slip counts for no more than noise may.
   bool is_clearly_better(double offset_s, double other_s);
 
+  /// Whether the squares of an offset, the least there are, are less than those of a special one by more than
+  /// noise makes of what changes between the two.
+  bool is_clearly_not(double special_s, double offset_s);
+
   [[nodiscard]] const std::vector<bool>& windows() const { return clocks_.used; }
   void use(const std::vector<bool>& windows) { clocks_.used = windows; }
 
