@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -107,9 +108,14 @@ class JudgedParts {
   Influence influence_;
 };
 
+std::size_t index_of(const Parameter& parameter, std::span<const Parameter> all) {
+  return static_cast<std::size_t>(std::ranges::find(all, parameter) - all.begin());
+}
+
 std::vector<Eigen::Index> indices_of(std::span<const Parameter> some, std::span<const Parameter> all) {
   std::vector<Eigen::Index> indices;
-  for (const Parameter& parameter : some) indices.push_back(std::ranges::find(all, parameter) - all.begin());
+  for (const Parameter& parameter : some)
+    indices.push_back(static_cast<Eigen::Index>(index_of(parameter, all)));
   return indices;
 }
 
@@ -155,15 +161,15 @@ ValidatedEstimate best_without_one(std::span<const Parameter> candidates, const 
   CalibrationProblem of_found = problem;
   of_found.parameters = found.parameters;
   const auto judged = JudgedParts::of(of_found, found.estimate);
-  const auto error_m = [&](const Parameter& left_out) {
-    const auto j = static_cast<std::size_t>(indices_of(std::span(&left_out, 1), found.parameters).front());
+  std::vector<double> error_m(candidates.size(), INFINITY);
+  for (std::size_t i = 0; judged && i < candidates.size(); ++i) {
+    const std::size_t j = index_of(candidates[i], found.parameters);
     const auto validation =
-        judged
-            ? judged->validate(without_holding(j, value_of(left_out, problem.nominal), judged->influence()))
-            : std::nullopt;
-    return validation ? validation->calibrated_m : INFINITY;
-  };
-  return without(*std::ranges::min_element(candidates, {}, error_m), found, problem);
+        judged->validate(without_holding(j, value_of(candidates[i], problem.nominal), judged->influence()));
+    if (validation) error_m[i] = validation->calibrated_m;
+  }
+  const auto best = std::ranges::min_element(error_m) - error_m.begin();
+  return without(candidates[static_cast<std::size_t>(best)], found, problem);
 }
 
 /// What the errors of refused parameters, which stay as given, add to the covariance of the others. `error`:
