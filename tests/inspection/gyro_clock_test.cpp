@@ -17,7 +17,7 @@ namespace {
 using test::finding;
 using testing::Contains;
 
-Robot with_pods(double gyro_s, double reference_s = 0.0) {
+Robot pods_and_gyro(double gyro_s, double reference_s = 0.0) {
   constexpr std::array kPods = {Pod{.y_m = 0.1}, Pod{.x_m = -0.12, .direction_rad = radians(90.0)}};
   Robot robot;
   robot.name = "pods";
@@ -28,7 +28,7 @@ Robot with_pods(double gyro_s, double reference_s = 0.0) {
   return robot;
 }
 
-Findings found(const Robot& truth, const Robot& nominal) {
+Findings found_in_tour(const Robot& truth, const Robot& nominal) {
   Random random(4, 99);
   Scenario scenario;
   scenario.nominal = nominal;
@@ -49,7 +49,7 @@ std::ptrdiff_t clocks_named(const Findings& findings) {
 }
 
 TEST(GyroClockFinding, a_late_gyro_is_named_and_nothing_else) {
-  const Findings findings = found(with_pods(-0.06), with_pods(0.0));
+  const Findings findings = found_in_tour(pods_and_gyro(-0.06), pods_and_gyro(0.0));
   ASSERT_TRUE(findings.gyro_time_offset && findings.reference_time_offset);
   EXPECT_NEAR(findings.gyro_time_offset->offset_s, -0.06, 4.0 * findings.gyro_time_offset->sigma_s);
   EXPECT_NEAR(findings.reference_time_offset->offset_s, 0.0, 4.0 * findings.reference_time_offset->sigma_s);
@@ -58,13 +58,13 @@ TEST(GyroClockFinding, a_late_gyro_is_named_and_nothing_else) {
 }
 
 TEST(GyroClockFinding, a_reference_that_is_late_is_named_and_nothing_else) {
-  const Findings findings = found(with_pods(0.0, -0.2), with_pods(0.0));
+  const Findings findings = found_in_tour(pods_and_gyro(0.0, -0.2), pods_and_gyro(0.0));
   EXPECT_EQ(clocks_named(findings), 1);
   EXPECT_THAT(findings.problems, Contains(finding(FindingCode::reference_time_offset, "too late")));
 }
 
 TEST(GyroClockFinding, nothing_is_named_where_the_robot_file_has_it_right) {
-  EXPECT_EQ(clocks_named(found(with_pods(-0.06, 0.1), with_pods(-0.06, 0.1))), 0);
+  EXPECT_EQ(clocks_named(found_in_tour(pods_and_gyro(-0.06, 0.1), pods_and_gyro(-0.06, 0.1))), 0);
 }
 
 }  // namespace

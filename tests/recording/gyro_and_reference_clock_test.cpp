@@ -18,19 +18,19 @@ namespace trundle::recording {
 using namespace simulation;
 namespace {
 
-struct Offsets {
+struct PodOffsets {
   double gyro_s = 0.0;
   double reference_s = 0.0;
 };
 
-struct Sampling {
+struct PodRates {
   double pods_hz;
   double reference_hz;
   double ticks;
 };
 
 /// Two pods and a gyro, and the reference's point away from the middle.
-Robot with_pods(const Offsets& offsets, double ticks) {
+Robot pods_and_gyro(const PodOffsets& offsets, double ticks) {
   constexpr std::array kPods = {Pod{.y_m = 0.1}, Pod{.x_m = -0.12, .direction_rad = radians(90.0)}};
   Robot robot;
   robot.name = "pods";
@@ -43,10 +43,11 @@ Robot with_pods(const Offsets& offsets, double ticks) {
   return robot;
 }
 
-Recording drive_of(const Path& path, const Offsets& offsets, const Sampling& sampling, std::uint64_t seed) {
+Recording pod_drive(const Path& path, const PodOffsets& offsets, const PodRates& sampling,
+                    std::uint64_t seed) {
   Scenario scenario;
-  scenario.nominal = with_pods({}, sampling.ticks);
-  scenario.truth = with_pods(offsets, sampling.ticks);
+  scenario.nominal = pods_and_gyro({}, sampling.ticks);
+  scenario.truth = pods_and_gyro(offsets, sampling.ticks);
   scenario.path = joined({pause(3.0), path, pause(3.0)});
   scenario.steering = Steering::truth;
   scenario.whole_intervals = false;
@@ -57,7 +58,7 @@ Recording drive_of(const Path& path, const Offsets& offsets, const Sampling& sam
   return simulate(scenario).recording;
 }
 
-Path tour(std::uint64_t seed) {
+Path pod_tour(std::uint64_t seed) {
   Random random(seed, 99);
   return random_tour({.length_m = 20.0}, {}, random, {.forward_m_s = 0.6, .turn_rad_s = 0.8});
 }
@@ -67,13 +68,13 @@ TEST(GyroAndReferenceClocks, are_found_within_their_sigmas) {
   int told = 0, trials = 0;
   std::uint64_t seed = 1;
   const int times = test::trials(3, 1);
-  for (const Offsets& offsets :
-       {Offsets{0.06, 0.0}, Offsets{-0.1, 0.0}, Offsets{0.0, 0.2}, Offsets{0.06, -0.1}, Offsets{0.0, 0.0}})
-    for (const Sampling& sampling :
-         {Sampling{20.0, 20.0, 2000.0}, Sampling{50.0, 50.0, 2000.0}, Sampling{100.0, 20.0, 400.0}})
+  for (const PodOffsets& offsets : {PodOffsets{0.06, 0.0}, PodOffsets{-0.1, 0.0}, PodOffsets{0.0, 0.2},
+                                    PodOffsets{0.06, -0.1}, PodOffsets{0.0, 0.0}})
+    for (const PodRates& sampling :
+         {PodRates{20.0, 20.0, 2000.0}, PodRates{50.0, 50.0, 2000.0}, PodRates{100.0, 20.0, 400.0}})
       for (int i = 0; i < times; ++i) {
-        const Recording recording = drive_of(tour(seed), offsets, sampling, seed);
-        const GyroClocks found = gyro_and_reference_clocks(recording, with_pods({}, sampling.ticks));
+        const Recording recording = pod_drive(pod_tour(seed), offsets, sampling, seed);
+        const GyroClocks found = gyro_and_reference_clocks(recording, pods_and_gyro({}, sampling.ticks));
         ++seed;
         ++trials;
         EXPECT_TRUE(found.is_possible);
@@ -98,8 +99,8 @@ TEST(GyroAndReferenceClocks, at_one_speed_it_is_told_how_far_they_are_apart_and_
     path.push_back({{0.9, 0.0, 0.9 * curvature_1_m}, 1.5});
   }
   Scenario scenario;
-  scenario.nominal = with_pods({}, 2000.0);
-  scenario.truth = with_pods({.gyro_s = 0.08}, 2000.0);
+  scenario.nominal = pods_and_gyro({}, 2000.0);
+  scenario.truth = pods_and_gyro({.gyro_s = 0.08}, 2000.0);
   // A point beside the middle would be faster in some curves than in others.
   scenario.truth.body_from_reference = scenario.nominal.body_from_reference = {};
   scenario.path = path;
@@ -119,10 +120,10 @@ TEST(GyroAndReferenceClocks, at_one_speed_it_is_told_how_far_they_are_apart_and_
 }
 
 TEST(GyroAndReferenceClocks, are_for_robots_whose_wheels_see_no_turns) {
-  const Recording recording = drive_of(tour(1), {}, {50.0, 50.0, 2000.0}, 1);
+  const Recording recording = pod_drive(pod_tour(1), {}, {50.0, 50.0, 2000.0}, 1);
   Recording without_headings = recording;
   without_headings.reference.heading_rad.assign(without_headings.reference.time_s.size(), NAN);
-  EXPECT_FALSE(gyro_and_reference_clocks(without_headings, with_pods({}, 2000.0)).is_possible);
+  EXPECT_FALSE(gyro_and_reference_clocks(without_headings, pods_and_gyro({}, 2000.0)).is_possible);
   const Robot wheeled = test::with_gyro(test::two_wheels());
   EXPECT_FALSE(gyro_and_reference_clocks(recording, wheeled).is_possible);
 }
