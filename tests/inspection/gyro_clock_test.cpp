@@ -1,6 +1,5 @@
 // A gyro that is read late where it alone sees turns is named, and the reference is not blamed for it.
 #include <algorithm>
-#include <array>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,6 +8,7 @@
 #include "trundle/simulation/scenario.hpp"
 
 #include "recording/findings.hpp"
+#include "recording/robots.hpp"
 
 namespace trundle::inspection {
 using namespace simulation;
@@ -17,15 +17,9 @@ namespace {
 using test::finding;
 using testing::Contains;
 
-Robot pods_and_gyro(double gyro_s, double reference_s = 0.0) {
-  constexpr std::array kPods = {Pod{.y_m = 0.1}, Pod{.x_m = -0.12, .direction_rad = radians(90.0)}};
-  Robot robot;
-  robot.name = "pods";
-  robot.chassis = dead_wheels({0.05, 2000.0, 16}, kPods, Gyro{.bias_rad_s = 0.005, .time_offset_s = gyro_s});
-  robot.wheel_names = {"forward", "sideways"};
-  robot.chassis.noise.wheel_per_sqrt_m = 0.002;
-  robot.reference_time_offset_s = reference_s;
-  return robot;
+/// With clocks so far off.
+Robot pods(double gyro_s, double reference_s = 0.0) {
+  return test::pods_and_gyro(2000.0, gyro_s, reference_s);
 }
 
 Findings found_in_tour(const Robot& truth, const Robot& nominal) {
@@ -49,7 +43,7 @@ std::ptrdiff_t clocks_named(const Findings& findings) {
 }
 
 TEST(GyroClockFinding, a_late_gyro_is_named_and_nothing_else) {
-  const Findings findings = found_in_tour(pods_and_gyro(-0.06), pods_and_gyro(0.0));
+  const Findings findings = found_in_tour(pods(-0.06), pods(0.0));
   ASSERT_TRUE(findings.gyro_time_offset && findings.reference_time_offset);
   EXPECT_NEAR(findings.gyro_time_offset->offset_s, -0.06, 4.0 * findings.gyro_time_offset->sigma_s);
   EXPECT_NEAR(findings.reference_time_offset->offset_s, 0.0, 4.0 * findings.reference_time_offset->sigma_s);
@@ -58,13 +52,13 @@ TEST(GyroClockFinding, a_late_gyro_is_named_and_nothing_else) {
 }
 
 TEST(GyroClockFinding, a_reference_that_is_late_is_named_and_nothing_else) {
-  const Findings findings = found_in_tour(pods_and_gyro(0.0, -0.2), pods_and_gyro(0.0));
+  const Findings findings = found_in_tour(pods(0.0, -0.2), pods(0.0));
   EXPECT_EQ(clocks_named(findings), 1);
   EXPECT_THAT(findings.problems, Contains(finding(FindingCode::reference_time_offset, "too late")));
 }
 
 TEST(GyroClockFinding, nothing_is_named_where_the_robot_file_has_it_right) {
-  EXPECT_EQ(clocks_named(found_in_tour(pods_and_gyro(-0.06, 0.1), pods_and_gyro(-0.06, 0.1))), 0);
+  EXPECT_EQ(clocks_named(found_in_tour(pods(-0.06, 0.1), pods(-0.06, 0.1))), 0);
 }
 
 }  // namespace

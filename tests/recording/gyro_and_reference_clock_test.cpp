@@ -1,6 +1,5 @@
 // The clock of a gyro that alone tells the turns of a robot with passive pods: by a reference, whose own is
 // found too.
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <utility>
@@ -29,25 +28,18 @@ struct PodRates {
   double ticks;
 };
 
-/// Two pods and a gyro, and the reference's point away from the middle.
-Robot pods_and_gyro(const PodOffsets& offsets, double ticks) {
-  constexpr std::array kPods = {Pod{.y_m = 0.1}, Pod{.x_m = -0.12, .direction_rad = radians(90.0)}};
-  Robot robot;
-  robot.name = "pods";
-  robot.chassis =
-      dead_wheels({0.05, ticks, 16}, kPods, Gyro{.bias_rad_s = 0.005, .time_offset_s = offsets.gyro_s});
-  robot.wheel_names = {"forward", "sideways"};
-  robot.chassis.noise.wheel_per_sqrt_m = 0.002;
+/// The reference's point is away from the middle.
+Robot pods_at(const PodOffsets& offsets, double ticks) {
+  Robot robot = test::pods_and_gyro(ticks, offsets.gyro_s, offsets.reference_s);
   robot.body_from_reference = {0.1, 0.05, 0.0};
-  robot.reference_time_offset_s = offsets.reference_s;
   return robot;
 }
 
 Recording pod_drive(const Path& path, const PodOffsets& offsets, const PodRates& sampling,
                     std::uint64_t seed) {
   Scenario scenario;
-  scenario.nominal = pods_and_gyro({}, sampling.ticks);
-  scenario.truth = pods_and_gyro(offsets, sampling.ticks);
+  scenario.nominal = pods_at({}, sampling.ticks);
+  scenario.truth = pods_at(offsets, sampling.ticks);
   scenario.path = joined({pause(3.0), path, pause(3.0)});
   scenario.steering = Steering::truth;
   scenario.whole_intervals = false;
@@ -74,7 +66,7 @@ TEST(GyroAndReferenceClocks, are_found_within_their_sigmas) {
          {PodRates{20.0, 20.0, 2000.0}, PodRates{50.0, 50.0, 2000.0}, PodRates{100.0, 20.0, 400.0}})
       for (int i = 0; i < times; ++i) {
         const Recording recording = pod_drive(pod_tour(seed), offsets, sampling, seed);
-        const GyroClocks found = gyro_and_reference_clocks(recording, pods_and_gyro({}, sampling.ticks));
+        const GyroClocks found = gyro_and_reference_clocks(recording, pods_at({}, sampling.ticks));
         ++seed;
         ++trials;
         EXPECT_TRUE(found.is_possible);
@@ -99,8 +91,8 @@ TEST(GyroAndReferenceClocks, at_one_speed_it_is_told_how_far_they_are_apart_and_
     path.push_back({{0.9, 0.0, 0.9 * curvature_1_m}, 1.5});
   }
   Scenario scenario;
-  scenario.nominal = pods_and_gyro({}, 2000.0);
-  scenario.truth = pods_and_gyro({.gyro_s = 0.08}, 2000.0);
+  scenario.nominal = pods_at({}, 2000.0);
+  scenario.truth = pods_at({.gyro_s = 0.08}, 2000.0);
   // A point beside the middle would be faster in some curves than in others.
   scenario.truth.body_from_reference = scenario.nominal.body_from_reference = {};
   scenario.path = path;
@@ -123,7 +115,7 @@ TEST(GyroAndReferenceClocks, are_for_robots_whose_wheels_see_no_turns) {
   const Recording recording = pod_drive(pod_tour(1), {}, {50.0, 50.0, 2000.0}, 1);
   Recording without_headings = recording;
   without_headings.reference.heading_rad.assign(without_headings.reference.time_s.size(), NAN);
-  EXPECT_FALSE(gyro_and_reference_clocks(without_headings, pods_and_gyro({}, 2000.0)).is_possible);
+  EXPECT_FALSE(gyro_and_reference_clocks(without_headings, pods_at({}, 2000.0)).is_possible);
   const Robot wheeled = test::with_gyro(test::two_wheels());
   EXPECT_FALSE(gyro_and_reference_clocks(recording, wheeled).is_possible);
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,18 @@ inline Robot two_wheels(int tick_bits = 0) {
 
 inline Robot with_gyro(Robot robot, const Gyro& gyro = {}) {
   robot.chassis.gyro = gyro;
+  return robot;
+}
+
+/// Two passive pods, of which one rolls ahead and one to the left, and a gyro that alone sees turns.
+inline Robot pods_and_gyro(double ticks, double gyro_s = 0.0, double reference_s = 0.0) {
+  constexpr std::array kPods = {Pod{.y_m = 0.1}, Pod{.x_m = -0.12, .direction_rad = radians(90.0)}};
+  Robot robot;
+  robot.name = "pods";
+  robot.chassis = dead_wheels({0.05, ticks, 16}, kPods, Gyro{.bias_rad_s = 0.005, .time_offset_s = gyro_s});
+  robot.wheel_names = {"forward", "sideways"};
+  robot.chassis.noise.wheel_per_sqrt_m = 0.002;
+  robot.reference_time_offset_s = reference_s;
   return robot;
 }
 
