@@ -49,6 +49,7 @@ struct Conditions {
   double bias_spread_rad_s = 0.0;  ///< from run to run
   double bias_walk = kBiasWalk;
   bool headings = true;  ///< of the reference
+  double position_sigma_m = kReferencePosition_m;
   bool rests = true;     ///< before and after
   double gyro_noise = kGyroNoise;
   int sessions = 1, runs = 4;  ///< of each session
@@ -236,8 +237,8 @@ class Drive {
   void measure(double time_s) {
     ReferenceStream& reference = recording_.reference;
     reference.time_s.push_back(time_s);
-    reference.x_m.push_back(x_ + normal(kReferencePosition_m));
-    reference.y_m.push_back(y_ + normal(kReferencePosition_m));
+    reference.x_m.push_back(x_ + normal(conditions_.position_sigma_m));
+    reference.y_m.push_back(y_ + normal(conditions_.position_sigma_m));
     const double heading = heading_ + normal(kReferenceHeading_rad);
     reference.heading_rad.push_back(conditions_.headings ? heading : std::nan(""));
   }

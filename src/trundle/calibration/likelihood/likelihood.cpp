@@ -7,6 +7,7 @@
 
 #include "trundle/calibration/likelihood/chassis_likelihood.hpp"
 #include "trundle/calibration/likelihood/gyro_bias_spread.hpp"
+#include "trundle/calibration/likelihood/reference_measurement.hpp"
 #include "trundle/calibration/likelihood/relative_likelihood.hpp"
 #include "trundle/calibration/problem/run_gyro_bias.hpp"
 #include "trundle/io/interruption.hpp"
@@ -18,8 +19,10 @@ namespace {
 constexpr std::size_t kFewestBlocks = 12;
 // Of a walk: of its mean square 1 − 6/π² Σ 1/k² = 5 % is left.
 constexpr Eigen::Index kMostHarmonics = 12;
-// A run's own: the gyro's bias, and the reference's clock.
-constexpr Eigen::Index kMostOwn = 2;
+// A run's own: the gyro's bias, the reference's clock, and the heading at the start.
+constexpr Eigen::Index kMostOwn = 3;
+// The prior of that heading: anything.
+constexpr double kStartHeadingPrior_rad = kPi;
 // Of relative motions before their residuals are looked at: 1 cm and 0.6°, as of a scan matcher.
 constexpr double kUsualRelativeVariance = 1e-4;
 
@@ -136,7 +139,9 @@ RunInformation information_of(const Likelihood& likelihood, const Run& run, std:
       .gate = likelihood.gate,
       .readings = read ? &read->chassis : nullptr,
       .with_noise = likelihood.takes_out_noise,
-      .walking_bias = likelihood.seeks_walk(run) ? std::optional(place_of_gyro_bias(all)) : std::nullopt,
+      .own = {.walking_bias =
+                  likelihood.seeks_walk(run) ? std::optional(place_of_gyro_bias(all)) : std::nullopt,
+              .start_heading = likelihood.seeks_start_heading(run)},
       .redundant = RedundantReadings{rounding, redundant}};
   RunLikelihood stream = stream_likelihood(run, noisy, all, options);
   append(result.blocks, n, stream.blocks);
@@ -160,6 +165,12 @@ void move_gyro(const Move& move, std::size_t index, Likelihood& likelihood) {
   if (index >= likelihood.window_sums.size() || !likelihood.window_sums[index]) return;
   move(likelihood.window_sums[index]->windows);
   move(likelihood.window_sums[index]->parts);
+}
+
+/// What is found of the heading at a run's start goes on from where it was.
+void turn_start(double step_rad, const Robot& robot, Run& run) {
+  if (!run.start_heading_rad) run.start_heading_rad = course_over_ground(run, 0, robot);
+  *run.start_heading_rad += step_rad;
 }
 
 }  // namespace
@@ -199,6 +210,11 @@ bool Likelihood::seeks_walk(const Run& run) const {
          contains(problem.parameters, ParameterKind::gyro_bias);
 }
 
+bool Likelihood::seeks_start_heading(const Run& run) const {
+  return knows_noise && !run.epochs.empty() && !run.reference.has_headings() &&
+         problem.size() + kMostOwn <= static_cast<Eigen::Index>(kMaxParameters);
+}
+
 std::vector<OwnParameter> Likelihood::own_of(const Run& run) const {
   std::vector<OwnParameter> own;
   if (gyro_bias_spread_rad_s > 0.0 && run.shows_gyro_bias())
@@ -207,6 +223,7 @@ std::vector<OwnParameter> Likelihood::own_of(const Run& run) const {
     own.push_back({Parameter{ParameterKind::time_offset, -1}, kClockPrior_s, run.clock_moved_s});
   if (seeks_walk(run))
     for (const double moved : run.gyro_walk_moved) own.push_back({std::nullopt, 1.0, moved});
+  if (seeks_start_heading(run)) own.push_back({std::nullopt, kStartHeadingPrior_rad, 0.0});
   return own;
 }
 
@@ -217,9 +234,14 @@ void set_own_parameters(const Robot& robot, Likelihood& likelihood) {
     if (own.empty()) continue;
     const auto n = likelihood.problem.size() + static_cast<Eigen::Index>(own.size());
     const OwnStep step = own_step(information_of(likelihood, likelihood.runs()[i], i, robot).total(n), own);
+    if (likelihood.seeks_start_heading(likelihood.runs()[i])) {
+      turn_start(step.step.tail<1>().value(), robot, likelihood.problem.runs[i]);
+      if (!likelihood.clocked.empty()) turn_start(step.step.tail<1>().value(), robot, likelihood.clocked[i]);
+    }
     if (const Run& run = likelihood.runs()[i]; likelihood.seeks_walk(run)) {
       const BiasWalk walk = run.gyro_walk;
-      const Eigen::VectorXd moved = step.step.tail(walk.harmonics);
+      const auto first = std::ranges::count_if(own, [](const OwnParameter& one) { return !!one.parameter; });
+      const Eigen::VectorXd moved = step.step.segment(first, walk.harmonics);
       move_gyro([&](auto& readings) { move_gyro_walk(walk, moved, readings); }, i, likelihood);
     }
     for (std::size_t j = 0; j < own.size() && own[j].parameter; ++j) {

@@ -30,8 +30,9 @@ struct Likelihood {
   /// What noise in sensitivities makes of information is taken out: it is where nobody knows yet what the
   /// runs show. In what they do show it is little, and costs a search half its time more.
   bool takes_out_noise = false;
-  /// Each run's reference has a clock of its own. Until the noise is known, which would pass for it, none.
-  bool seeks_reference_clocks = false;
+  /// The noise is that of the runs. Until it is, which would pass for them, neither the clock of a run's
+  /// reference nor the heading at its start is sought.
+  bool knows_noise = false;
   /// 1σ of the gyro's bias of each run about the one that all share [rad/s]; 0: there is only that.
   double gyro_bias_spread_rad_s = 0.0;
   /// Each run's relative motions as one table, where that holds the whole problem.
@@ -44,13 +45,15 @@ struct Likelihood {
   std::span<const Run> runs() const { return clocked.empty() ? problem.runs : std::span(clocked); }
   /// Nothing where they are not known beforehand.
   const WindowSums* sums_of(std::size_t run) const;
-  bool seeks_clock(const Run& run) const {
-    return seeks_reference_clocks && has_own_clock(run, problem.parameters);
-  }
+  bool seeks_clock(const Run& run) const { return knows_noise && has_own_clock(run, problem.parameters); }
   /// Whether the walk of the gyro's bias is estimated where it shows: the bias is, and a reference follows
   /// it.
   bool seeks_walk(const Run& run) const;
-  /// What is estimated of a run alone: the gyro's bias before the reference's clock, and the bias's walk.
+  /// Whether the heading at the run's start is: the reference shows positions alone, which bend the filter's
+  /// path as they turn a heading that is hardly known.
+  bool seeks_start_heading(const Run& run) const;
+  /// What is estimated of a run alone: the gyro's bias before the reference's clock, the bias's walk, and the
+  /// heading at its start.
   std::vector<OwnParameter> own_of(const Run& run) const;
   /// Parts into which each run is cut, so that all together are enough to see how they scatter.
   int blocks_of_a_run() const;

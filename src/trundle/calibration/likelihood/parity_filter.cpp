@@ -7,11 +7,11 @@
 
 namespace trundle::calibration {
 ParityFilter::ParityFilter(const Run& run, const Robot& robot, std::span<const Parameter> parameters,
-                           const ChassisLikelihoodOptions& options, WalkSensitivity* walk)
+                           const ChassisLikelihoodOptions& options, OwnSensitivity& own)
     : windows_(run, robot.chassis, parameters, options.window_s, options.sums, options.with_noise),
       options_(options),
       parameters_(static_cast<Eigen::Index>(parameters.size())),
-      walk_(walk) {}
+      own_(own) {}
 
 // Where the readings' noise shows as a share of what they are said to have, so does what is common; what
 // shows beside it need not be common.
@@ -27,17 +27,16 @@ void ParityFilter::end_arc(const Pose2& pose) {
 
 void ParityFilter::begin(const Pose2& pose) {
   const Eigen::Index m = windows_.combinations().cols();
-  parity_ = {
-      .with_pose = CommonError::Zero(3, m),
-      .correction = Eigen::VectorXd::Zero(m),
-      .variance_reduction = Eigen::MatrixXd::Zero(m, m),
-      .correction_by_parameters = Eigen::MatrixXd::Zero(m, parameters_ + (walk_ ? walk_->harmonics() : 0)),
-      .arc_start = pose};
+  parity_ = {.with_pose = CommonError::Zero(3, m),
+             .correction = Eigen::VectorXd::Zero(m),
+             .variance_reduction = Eigen::MatrixXd::Zero(m, m),
+             .correction_by_parameters = Eigen::MatrixXd::Zero(m, parameters_ + own_.columns()),
+             .arc_start = pose};
 }
 
 std::optional<Contradiction> ParityFilter::take(double time_s, const Rolling* before) {
   std::optional<Contradiction> ended = windows_.take(before);
-  if (ended && walk_) ended->J = walk_->extended(ended->J, time_s - 0.5 * options_.window_s);
+  if (ended) ended->J = own_.extended(ended->J, time_s - 0.5 * options_.window_s);
   return ended;
 }
 
@@ -93,12 +92,12 @@ void ParityFilter::measure(const Contradiction& ended, double time_s, Odometer& 
   const Matrix3 reduction = K * parity_.with_pose.transpose();
   if (!is_positive_semidefinite(odometer.white_covariance() - reduction)) return;
   const Eigen::Matrix3Xd KJ = K * J;
-  if (walk_) walk_->advance(odometer, time_s);
+  own_.advance(odometer, time_s);
   PoseSensitivity sensitivity = odometer.sensitivity() - KJ.leftCols(parameters_);
   for (std::size_t j = 0; j < errors.of_parity().size(); ++j)
     sensitivity.col(static_cast<Eigen::Index>(j)) += errors.of_parity()[j].pose_parity * weighed;
   odometer.correct(K * innovation, Matrix3::Identity(), -reduction, sensitivity);
-  if (walk_) walk_->correct(KJ.rightCols(walk_->harmonics()), odometer);
+  own_.correct(KJ.rightCols(own_.columns()), odometer);
   errors.correct_by_parity(W, K, odometer.pose());
 }
 

@@ -6,9 +6,9 @@
 
 #include "trundle/calibration/likelihood/chassis_likelihood.hpp"
 #include "trundle/calibration/likelihood/errors_in_variables.hpp"
+#include "trundle/calibration/likelihood/own_sensitivity.hpp"
 #include "trundle/calibration/likelihood/parity_windows.hpp"
 #include "trundle/calibration/likelihood/reference_measurement.hpp"
-#include "trundle/calibration/likelihood/walk_sensitivity.hpp"
 
 namespace trundle::calibration {
 
@@ -17,10 +17,10 @@ namespace trundle::calibration {
 /// the pose corrects it too. docs/theory/calibration-redundancy.md, eq. 7b.
 class ParityFilter {
  public:
-  /// All must outlive it. `robot`: with_noise_of_readings(). `walk`: of the pose, and of the information
-  /// beside the parameters; null: there is none.
+  /// All must outlive it. `robot`: with_noise_of_readings(). `own`: of the pose, and of the information
+  /// beside the parameters.
   ParityFilter(const Run& run, const Robot& robot, std::span<const Parameter> parameters,
-               const ChassisLikelihoodOptions& options, WalkSensitivity* walk);
+               const ChassisLikelihoodOptions& options, OwnSensitivity& own);
 
   /// Goes on to the next increment, which ends then and moves no pose.
   void skip(double time_s, Information& information);
@@ -52,7 +52,7 @@ class ParityFilter {
   };
 
   void begin(const Pose2& pose);
-  /// That of the next increment's window, where it ends at that time; with the walk's columns.
+  /// That of the next increment's window, where it ends at that time; with the own columns.
   std::optional<Contradiction> take(double time_s, const Rolling* before);
   void measure(const Contradiction& ended, double time_s, Odometer& odometer, SensitivityErrors& errors,
                Information& information);
@@ -60,7 +60,7 @@ class ParityFilter {
   ParityWindows windows_;
   ChassisLikelihoodOptions options_;
   Eigen::Index parameters_;
-  WalkSensitivity* walk_;
+  OwnSensitivity& own_;
   Parity parity_;
 };
 

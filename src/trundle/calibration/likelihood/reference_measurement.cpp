@@ -83,31 +83,6 @@ Odometer odometer_at(const Start& start, const Robot& robot, std::span<const Par
   return odometer;
 }
 
-/// Where the body looks at an epoch, by how the reference moves over the next ones and the same point of the
-/// robot by odometry: for references without heading.
-double heading_from_course(const Run& run, const Robot& robot, std::size_t first_epoch) {
-  Odometer odometer(robot, {});
-  const Pose2& mount = robot.body_from_reference;
-  const double offset = robot.reference_time_offset_s;
-  const Vector2 origin =
-      sample_reference(run.reference, run.epoch_time(first_epoch) - offset).value.head<2>();
-  std::size_t done = run.epochs[first_epoch];
-  // Σ odometry × reference and Σ odometry · reference give the rotation that aligns the two courses best.
-  double sine = 0.0;
-  double cosine = 0.0;
-  for (std::size_t epoch = first_epoch + 1;
-       epoch < std::min(run.epochs.size(), first_epoch + kEpochsOfCourse); ++epoch) {
-    for (; done < run.epochs[epoch]; ++done) step_along(run, done, odometer);
-    const ReferenceSample sample = sample_reference(run.reference, run.epoch_time(epoch) - offset);
-    if (!sample.has_position()) continue;
-    const Vector2 seen = sample.value.head<2>() - origin;
-    const Vector2 driven = (odometer.pose() * mount).translation() - mount.translation();
-    sine += driven.x() * seen.y() - driven.y() * seen.x();
-    cosine += driven.dot(seen);
-  }
-  return std::atan2(sine, cosine);
-}
-
 /// Whether no sensor on board saw any motion in the interval that follows a place in the log.
 bool stands_still(const Run& run, std::size_t increment) {
   const auto& increments = run.readings.increments;
@@ -158,8 +133,32 @@ void append(ReferenceMeasurement& m, double innovation, const ByPose& by_pose,
 
 }  // namespace
 
+double course_over_ground(const Run& run, std::size_t first_epoch, const Robot& robot) {
+  Odometer odometer(robot, {});
+  const Pose2& mount = robot.body_from_reference;
+  const double offset = robot.reference_time_offset_s;
+  const Vector2 origin =
+      sample_reference(run.reference, run.epoch_time(first_epoch) - offset).value.head<2>();
+  std::size_t done = run.epochs[first_epoch];
+  // Σ odometry × reference and Σ odometry · reference give the rotation that aligns the two courses best.
+  double sine = 0.0;
+  double cosine = 0.0;
+  for (std::size_t epoch = first_epoch + 1;
+       epoch < std::min(run.epochs.size(), first_epoch + kEpochsOfCourse); ++epoch) {
+    for (; done < run.epochs[epoch]; ++done) step_along(run, done, odometer);
+    const ReferenceSample sample = sample_reference(run.reference, run.epoch_time(epoch) - offset);
+    if (!sample.has_position()) continue;
+    const Vector2 seen = sample.value.head<2>() - origin;
+    const Vector2 driven = (odometer.pose() * mount).translation() - mount.translation();
+    sine += driven.x() * seen.y() - driven.y() * seen.x();
+    cosine += driven.dot(seen);
+  }
+  return std::atan2(sine, cosine);
+}
+
 Odometer odometer_at_epoch(const Run& run, std::size_t epoch, const Robot& robot,
-                           std::span<const Parameter> parameters, const ReferenceNoise& noise) {
+                           std::span<const Parameter> parameters, const ReferenceNoise& noise,
+                           bool knows_heading) {
   const auto [sample, samples] = standing_at(run, epoch, robot);
   Vector3 sigma = noise.sigma() / std::sqrt(samples);
   Pose2 sensor;
@@ -167,8 +166,10 @@ Odometer odometer_at_epoch(const Run& run, std::size_t epoch, const Robot& robot
   if (sample.has_heading()) {
     sensor.heading = sample.value.z();
   } else {
-    sensor.heading = heading_from_course(run, robot, epoch) + robot.body_from_reference.heading;
-    sigma.z() = kUnknownHeadingSigma_rad;
+    const bool is_sought = epoch == 0 && run.start_heading_rad;
+    sensor.heading = (is_sought ? *run.start_heading_rad : course_over_ground(run, epoch, robot)) +
+                     robot.body_from_reference.heading;
+    sigma.z() = knows_heading ? 0.0 : kUnknownHeadingSigma_rad;
   }
   const Matrix3 covariance = sigma.cwiseAbs2().asDiagonal();
   return odometer_at(start_from(sensor, covariance, sample.rate, robot, parameters), robot, parameters);

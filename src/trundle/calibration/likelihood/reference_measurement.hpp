@@ -39,10 +39,15 @@ struct ReferenceMeasurement {
                                                const Robot& robot, std::span<const Parameter> parameters);
 
 /// An odometer that starts, or starts again after a jump, where the reference is at an epoch: its mean over
-/// the time that the robot stands there. Without headings in the reference, heading by the course over the
-/// ground.
+/// the time that the robot stands there. Without headings in the reference it looks where
+/// Run::start_heading_rad or course_over_ground() has it, to a radian. `knows_heading`: to nothing, for it is
+/// a parameter.
 [[nodiscard]] Odometer odometer_at_epoch(const Run& run, std::size_t epoch, const Robot& robot,
-                                         std::span<const Parameter> parameters, const ReferenceNoise& noise);
+                                         std::span<const Parameter> parameters, const ReferenceNoise& noise,
+                                         bool knows_heading = false);
+/// Where the body looks at an epoch [rad], by how the reference moves over the next ones and the same point
+/// of the robot by odometry: for references without heading.
+[[nodiscard]] double course_over_ground(const Run& run, std::size_t epoch, const Robot& robot);
 /// One that starts with the reference sensor at the origin.
 [[nodiscard]] Odometer odometer_at_origin(const Robot& robot, std::span<const Parameter> parameters);
 

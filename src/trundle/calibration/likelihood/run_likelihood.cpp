@@ -11,7 +11,6 @@
 #include "trundle/calibration/likelihood/parity_filter.hpp"
 #include "trundle/calibration/likelihood/reading_noise.hpp"
 #include "trundle/calibration/likelihood/reference_measurement.hpp"
-#include "trundle/calibration/likelihood/walk_sensitivity.hpp"
 #include "trundle/odometry/odometer.hpp"
 
 namespace trundle::calibration {
@@ -70,11 +69,14 @@ class ReferenceFilter {
         options_(options),
         result_(result),
         read_(as_run_read(robot.chassis, run, options)),
-        odometer_(odometer_at_epoch(run, 0, robot, parameters, options.reference_noise)),
-        errors_(robot, parameters, odometer_.pose(), read_, options.with_noise) {
-    if (options.walking_bias) begin_walk(0);
+        odometer_(
+            odometer_at_epoch(run, 0, robot, parameters, options.reference_noise, options.own.start_heading)),
+        errors_(robot, parameters, odometer_.pose(), read_, options.with_noise),
+        own_(run.gyro_walk, options.own) {
+    const Vector2 lever = rotation(odometer_.pose().heading) * robot.body_from_reference.translation();
+    own_.begin_at_start(odometer_, run.epoch_time(0), lever);
     if (const auto& redundant = options.redundant)
-      parity_.emplace(run, redundant->robot, parameters, redundant->options, walk());
+      parity_.emplace(run, redundant->robot, parameters, redundant->options, own_);
   }
 
   void run() {
@@ -104,13 +106,6 @@ class ReferenceFilter {
     return result_.blocks[std::min(blocks - 1, epoch * blocks / run_.epochs.size())];
   }
 
-  WalkSensitivity* walk() { return walk_ ? &*walk_ : nullptr; }
-
-  void begin_walk(std::size_t epoch) {
-    if (!walk_) walk_.emplace(run_.gyro_walk, *options_.walking_bias);
-    walk_->begin(odometer_, run_.epoch_time(epoch));
-  }
-
   /// Increments beside all epochs: no reference follows their motion.
   void skip(std::size_t first, std::size_t last, Information& block) {
     for (std::size_t i = first; parity_ && i < last; ++i)
@@ -120,7 +115,7 @@ class ReferenceFilter {
   void start_anew(std::size_t epoch) {
     odometer_ = odometer_at_epoch(run_, epoch, robot_, parameters_, options_.reference_noise);
     errors_ = {robot_, parameters_, odometer_.pose(), read_, options_.with_noise};
-    if (walk_) begin_walk(epoch);
+    own_.begin(odometer_, run_.epoch_time(epoch));
     if (parity_) parity_->restart();
     is_contradicted_ = false;
   }
@@ -143,10 +138,8 @@ class ReferenceFilter {
     const Weight W = m.weight(odometer_.white_covariance());
     const double distance = m.innovation.dot(W * m.innovation);
     const PoseSensitivity correction = correct_sensitivity(errors_, odometer_, W, m);
-    if (walk_) {
-      walk_->advance(odometer_, run_.epoch_time(epoch));
-      append_columns(m.H * walk_->of_pose(), m.J);
-    }
+    own_.advance(odometer_, run_.epoch_time(epoch));
+    append_columns(m.H * own_.of_pose(), m.J);
     if (!add_within(block_of(epoch), m.J, W, m.innovation, options_.gate)) return reject(epoch);
     const Matrix3 of_pose = m.H.transpose() * W * m.H;
     block_of(epoch).add_noise(errors_.noise_in_information(of_pose));
@@ -176,7 +169,7 @@ class ReferenceFilter {
     const Eigen::Matrix3Xd KJ = K * m.J;
     const auto n = static_cast<Eigen::Index>(parameters_.size());
     odometer_.correct(step, keep, noise, odometer_.sensitivity() + correction - KJ.leftCols(n));
-    if (walk_) walk_->correct(KJ.rightCols(walk_->harmonics()), odometer_);
+    own_.correct(KJ.rightCols(own_.columns()), odometer_);
     Eigen::MatrixX3d parity_by_pose;
     if (parity_) parity_by_pose = parity_->correct(m, W, keep, errors_, odometer_.pose());
     errors_.correct(of_pose, keep, odometer_.pose(), parity_by_pose);
@@ -190,7 +183,7 @@ class ReferenceFilter {
   Chassis read_;
   Odometer odometer_;
   SensitivityErrors errors_;
-  std::optional<WalkSensitivity> walk_;
+  OwnSensitivity own_;
   std::optional<ParityFilter> parity_;
   bool is_contradicted_ = false;  ///< by the last epoch
 };
@@ -206,8 +199,8 @@ Information RunLikelihood::total() const {
 
 RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<const Parameter> parameters,
                                 const LikelihoodOptions& options) {
-  const Eigen::Index harmonics = options.walking_bias ? run.gyro_walk.harmonics : 0;
-  const Eigen::Index n = static_cast<Eigen::Index>(parameters.size()) + harmonics;
+  const Eigen::Index n =
+      static_cast<Eigen::Index>(parameters.size()) + OwnSensitivity(run.gyro_walk, options.own).columns();
   RunLikelihood result{
       std::vector<Information>(static_cast<std::size_t>(options.blocks), Information::zero(n)), {}, {}};
   if (!run.epochs.empty()) ReferenceFilter(run, robot, parameters, options, result).run();

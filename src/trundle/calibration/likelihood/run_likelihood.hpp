@@ -6,6 +6,7 @@
 
 #include "trundle/calibration/likelihood/chassis_likelihood.hpp"
 #include "trundle/calibration/likelihood/information.hpp"
+#include "trundle/calibration/likelihood/own_sensitivity.hpp"
 #include "trundle/calibration/problem/noise_levels.hpp"
 #include "trundle/calibration/problem/run.hpp"
 #include "trundle/chassis/parameter.hpp"
@@ -51,8 +52,7 @@ struct LikelihoodOptions {
   /// With the noise of its readings, where the robot's is one that a search is helped by; null: the robot's.
   const Chassis* readings = nullptr;
   bool with_noise = false;  ///< also Information::of_noise
-  /// Where it is given, the harmonics of Run::gyro_walk are parameters behind all others.
-  std::optional<std::size_t> walking_bias = {};  ///< its place among the parameters
+  OwnMotion own = {};       ///< parameters behind all others
   /// Where it is given, what no motion explains of the run's readings is part of it.
   std::optional<RedundantReadings> redundant = {};
 };
@@ -65,7 +65,7 @@ RunLikelihood stream_likelihood(const Run& run, const Robot& robot, std::span<co
                                 const LikelihoodOptions& options);
 
 /// Where the body stands at an epoch, which the run must have: the mean of the reference over the time
-/// that the robot stands there; without headings in the reference, heading by the course over the ground.
+/// that the robot stands there; without headings in the reference, heading by course_over_ground().
 Pose2 body_at(const Run& run, std::size_t epoch, const Robot& robot);
 
 /// The likelihood of what was measured of the run as a whole (PartialReference).

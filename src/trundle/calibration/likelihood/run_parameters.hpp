@@ -14,7 +14,7 @@ namespace trundle::calibration {
 /// A parameter of one run alone, as the clock of its reference: no other run knows of it, and nobody asks for
 /// it. It is eliminated from what the run says of the parameters that all runs share.
 struct OwnParameter {
-  std::optional<Parameter> parameter;  ///< none: a harmonic by which the gyro's bias walks
+  std::optional<Parameter> parameter;  ///< none: of no robot, as the heading at the start
   double prior_sigma = 0.0;
   double moved = 0.0;  ///< from the mean of its prior to where the run has it now
 };

@@ -45,6 +45,9 @@ struct Run {
   /// By which the estimate moved the reference's stamps beyond that, and 1σ of where they belong [s].
   double clock_moved_s = 0.0;
   double clock_sigma_s = std::numeric_limits<double>::infinity();
+  /// Where the body looks at the first epoch, as the estimate has it; nothing: it is not sought, as where the
+  /// reference has headings.
+  std::optional<double> start_heading_rad = {};
   /// By how much the bias of the gyro is taken out of `gyro` and `readings` that this run has beyond the one
   /// that runs share [rad/s].
   double gyro_bias_moved_rad_s = 0.0;

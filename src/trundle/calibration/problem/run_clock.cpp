@@ -42,7 +42,9 @@ void move_clock(const ClockStep& step, const Robot& robot, Run& run) {
   move_stamps(step.step_s, run.reference);
   run.clock_moved_s += step.step_s;
   run.clock_sigma_s = step.sigma_s;
+  const std::size_t start = run.epochs.front();
   leave_out_unseen_epochs(robot, 0.0, run);
+  if (run.epochs.empty() || run.epochs.front() != start) run.start_heading_rad.reset();
 }
 
 void let_clocks_move(const Robot& robot, std::span<Run> runs) {

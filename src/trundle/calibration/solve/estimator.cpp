@@ -61,7 +61,7 @@ Robot rough_robot(Likelihood& likelihood) {
   }
   set_own_parameters(rough, likelihood);
   find_noise(rough, likelihood);
-  likelihood.seeks_reference_clocks = true;
+  likelihood.knows_noise = true;
   if (std::ranges::any_of(likelihood.runs(),
                           [&](const Run& run) { return !likelihood.own_of(run).empty(); })) {
     set_own_parameters(rough, likelihood);
@@ -206,7 +206,7 @@ Eigen::MatrixXd taken_along(std::span<const Parameter> given, const CalibrationP
   Likelihood likelihood = likelihood_of(all);
   set_noise(estimate.robot, estimate.noise, likelihood);
   likelihood.gyro_bias_spread_rad_s = estimate.gyro_bias_spread.prior_rad_s;
-  likelihood.seeks_reference_clocks = true;
+  likelihood.knows_noise = true;
   likelihood.gate = kGate;
   std::ranges::transform(estimate.runs, likelihood.run_weight.begin(), &RunEvidence::weight);
   set_own_parameters(estimate.robot, likelihood);

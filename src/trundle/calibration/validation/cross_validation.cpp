@@ -37,6 +37,7 @@ Run part_of(const Run& run, std::size_t first_epoch, std::size_t last_epoch) {
   part.readings.increments.cut(from, to);
   cut(part.readings.bridged, from, to);
   cut(part.epochs, first_epoch, last_epoch + 1);
+  if (first_epoch > 0) part.start_heading_rad.reset();
   for (std::size_t& epoch : part.epochs) epoch -= from;
   std::erase_if(part.jumps, [&](std::size_t jump) { return jump <= first_epoch || jump > last_epoch; });
   for (std::size_t& jump : part.jumps) jump -= first_epoch;
