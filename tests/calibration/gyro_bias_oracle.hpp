@@ -50,7 +50,7 @@ struct Conditions {
   double bias_walk = kBiasWalk;
   bool headings = true;  ///< of the reference
   double position_sigma_m = kReferencePosition_m;
-  bool rests = true;     ///< before and after
+  bool rests = true;  ///< before and after
   double gyro_noise = kGyroNoise;
   int sessions = 1, runs = 4;  ///< of each session
   double slip_m = 0.0;         ///< of one wheel, in half a second in the middle of each run

@@ -35,8 +35,9 @@ Information with_start_heading(const Run& run, const Robot& robot) {
       .total();
 }
 
-/// With hardly any noise of the wheels nothing corrects the path, and what weighs residuals depends on nothing:
-/// the gradient is that of χ²/2. With some, the path is corrected all along, and the weights turn a little.
+/// With hardly any noise of the wheels nothing corrects the path, and what weighs residuals depends on
+/// nothing: the gradient is that of χ²/2. With some, the path is corrected all along, and the weights turn a
+/// little.
 TEST(OwnSensitivity, OfTheStartHeadingIsTheSlopeOfTheSquares) {
   for (const auto& [noise, share] : {std::array{1e-6, 1e-3}, std::array{0.003, 0.03}}) {
     const Robot robot = robot_beside_its_reference(noise);

@@ -69,8 +69,8 @@ TEST(WithoutHeadings, WhatIsAheadStaysAsGiven) {
   }
 }
 
-/// As GPS shows them. Before the heading at the start was a parameter of its run, diameters were 0.8 sigmas too
-/// small in the mean: the first positions turn a heading that is not known, and the path with it.
+/// As GPS shows them. Before the heading at the start was a parameter of its run, diameters were 0.8 sigmas
+/// too small in the mean: the first positions turn a heading that is not known, and the path with it.
 TEST(WithoutHeadings, CoarsePositionsBendNoPath) {
   TRUNDLE_NOT_UNDER_SANITIZERS();
   const int trials = test::trials(40, 2);
