@@ -14,7 +14,8 @@ using CommonError = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxRows>;
 
 /// What odometry errs by and the parity residual of the same readings are independent only where each reading
 /// weighs as it errs; a gain weighs them as they err in the mean at a speed, and a wheel that a motion hardly
-/// rolls errs less: G V P. docs/theory/calibration-noise.md, eq. 10a. Of wheels that are not steered.
+/// rolls errs less: G V P. docs/theory/calibration-noise-displacements.md, eq. 10a. Of wheels that are not
+/// steered.
 class CommonErrors {
  public:
   /// `showing`: with the noise that parity residuals show, and outliving it. P: of the rows' left null space.

@@ -1,11 +1,10 @@
 #include "trundle/calibration/likelihood/gyro_bias_spread.hpp"
 
 #include <cmath>
-#include <limits>
 #include <vector>
 
+#include "trundle/calibration/likelihood/restricted_likelihood.hpp"
 #include "trundle/calibration/problem/run_gyro_bias.hpp"
-#include "trundle/geometry/decompositions.hpp"
 #include "trundle/odometry/odometer.hpp"
 #include "trundle/statistics/minimum.hpp"
 
@@ -18,42 +17,13 @@ constexpr double kLargestShare = 100.0;  // the gyro is broken
 // To which its logarithm is sought.
 constexpr double kFinestLogSpread = 0.01;
 
-/// What each run says of the shared parameters and its own.
-struct RunsInformation {
-  std::vector<Information> information;
-  std::vector<std::vector<OwnParameter>> own;
-  Eigen::VectorXd scale;  ///< of the shared ones: prior sigmas
-};
-
-RunsInformation information_of_runs(const Likelihood& likelihood, const Robot& robot) {
-  RunsInformation runs{.information = {},
-                       .own = {},
-                       .scale = prior_sigmas(likelihood.problem.parameters, likelihood.problem.nominal)};
-  for (std::size_t i = 0; i < likelihood.runs().size(); ++i) {
-    std::vector<OwnParameter> own = likelihood.own_of(likelihood.runs()[i]);
-    runs.information.push_back(information_with_own(likelihood, i, robot)
-                                   .total(likelihood.problem.size() + static_cast<Eigen::Index>(own.size())));
-    runs.own.push_back(std::move(own));
-  }
-  return runs;
-}
-
-/// −2 log of the restricted likelihood of the spread, the shared parameters integrated over.
+/// −2 log of the restricted likelihood of the spread.
 double deviance_of(double spread_rad_s, RunsInformation& runs) {
-  const Eigen::Index n = runs.scale.size();
-  Information sum = Information::zero(n);
-  double deviance = 0.0;
-  for (std::size_t i = 0; i < runs.information.size(); ++i) {
-    for (OwnParameter& one : runs.own[i])
+  for (std::vector<OwnParameter>& own : runs.own)
+    for (OwnParameter& one : own)
       if (one.parameter == kGyroBias) one.prior_sigma = spread_rad_s;
-    if (!runs.own[i].empty()) deviance += log_determinant_of_own(runs.information[i], runs.own[i]);
-    for (const Information& part : without_own({runs.information[i]}, runs.own[i])) sum.add(part);
-  }
-  Eigen::MatrixXd A = runs.scale.asDiagonal() * sum.matrix * runs.scale.asDiagonal();
-  A.diagonal().array() += 1.0;  // what the runs do not show is as the robot file says
-  const auto misfit = gaussian_misfit(runs.scale.cwiseProduct(sum.gradient), A);
-  if (!misfit) return std::numeric_limits<double>::infinity();
-  return deviance + sum.chi2 - misfit->squared_mahalanobis + misfit->log_determinant;
+  const Restriction restricted = restriction(runs);
+  return restricted.log_determinant + restricted.chi2;
 }
 
 }  // namespace

@@ -100,10 +100,6 @@ void keep_first_harmonics(CalibrationProblem& problem) {
   }
 }
 
-Robot with_levels(const Robot& robot, const NoiseLevels& levels, const Robot& nominal) {
-  return with_noise_of_readings(with_noise(robot, levels), nominal.chassis);
-}
-
 /// With the noise of its readings alone, where they show it themselves: what a reference misses beyond what
 /// readings contradict each other by is of the reference, and of what the robot file says of it. Until the
 /// runs show any, that of the robot file. Nothing: it is the robot's.
@@ -116,6 +112,14 @@ std::optional<Robot> as_read_in(const Likelihood& likelihood, const Robot& robot
   return without_rounding(with_levels(robot, levels, nominal));
 }
 
+ChassisLikelihoodOptions redundancy_options(const Likelihood& likelihood, std::size_t index) {
+  return {.blocks = likelihood.blocks_of_a_run(),
+          .variance_factor = likelihood.redundancy_factor,
+          .gate = likelihood.gate,
+          .with_noise = likelihood.takes_out_noise,
+          .sums = likelihood.sums_of(index)};
+}
+
 RunInformation information_of(const Likelihood& likelihood, const Run& run, std::size_t index,
                               const Robot& robot) {
   const std::vector<OwnParameter> own = likelihood.own_of(run);
@@ -125,16 +129,11 @@ RunInformation information_of(const Likelihood& likelihood, const Run& run, std:
   const Robot rounding = noisy_robot(robot, likelihood);  // which is that of a window, but of no interval
   const Robot noisy = without_rounding(rounding);
   const std::optional<Robot> read = as_read_in(likelihood, robot);
-  const int blocks = likelihood.blocks_of_a_run();
   RunInformation result;
-  const ChassisLikelihoodOptions redundant{.blocks = blocks,
-                                           .variance_factor = likelihood.redundancy_factor,
-                                           .gate = likelihood.gate,
-                                           .with_noise = likelihood.takes_out_noise,
-                                           .sums = likelihood.sums_of(index)};
+  const ChassisLikelihoodOptions redundant = redundancy_options(likelihood, index);
   const LikelihoodOptions options{
       .reference_noise = likelihood.noise.levels.reference,
-      .blocks = blocks,
+      .blocks = redundant.blocks,
       .gyro_noise_rad_s_sqrt_hz = own_gyro_noise(likelihood.problem),
       .gate = likelihood.gate,
       .readings = read ? &read->chassis : nullptr,
@@ -142,11 +141,13 @@ RunInformation information_of(const Likelihood& likelihood, const Run& run, std:
       .own = {.walking_bias =
                   likelihood.seeks_walk(run) ? std::optional(place_of_gyro_bias(all)) : std::nullopt,
               .start_heading = likelihood.seeks_start_heading(run)},
-      .redundant = RedundantReadings{rounding, redundant}};
+      .redundant =
+          likelihood.uses_redundancy ? std::optional(RedundantReadings{rounding, redundant}) : std::nullopt};
   RunLikelihood stream = stream_likelihood(run, noisy, all, options);
   append(result.blocks, n, stream.blocks);
   append(result.blocks, n, partial_likelihood(run, noisy, parameters, options).blocks);
-  if (run.epochs.empty()) append(result.blocks, n, chassis_likelihood(run, rounding, parameters, redundant));
+  if (run.epochs.empty() && likelihood.uses_redundancy)
+    append(result.blocks, n, chassis_likelihood(run, rounding, parameters, redundant));
   if (!run.relative_motions.empty())
     append(result.blocks, n, relative_information_of(likelihood, run, index, noisy, parameters));
   if (likelihood.takes_out_noise) keep_what_is_known(result.blocks);
@@ -154,14 +155,20 @@ RunInformation information_of(const Likelihood& likelihood, const Run& run, std:
   return result;
 }
 
+/// The run, and what is kept of it with the gyro's stamps elsewhere.
+template <class Move>
+void move_run(const Move& move, std::size_t index, Likelihood& likelihood) {
+  move(likelihood.problem.runs[index]);
+  if (!likelihood.clocked.empty()) move(likelihood.clocked[index]);
+}
+
 /// All that is kept of a run's readings. `move`: of the run, and of readings that were summed.
 template <class Move>
 void move_gyro(const Move& move, std::size_t index, Likelihood& likelihood) {
-  Run& run = likelihood.problem.runs[index];
-  move(run);
-  if (!likelihood.clocked.empty()) move(likelihood.clocked[index]);
+  move_run(move, index, likelihood);
   if (likelihood.relative_table[index])
-    likelihood.relative_table[index] = relative_table(run, likelihood.problem.nominal);
+    likelihood.relative_table[index] =
+        relative_table(likelihood.problem.runs[index], likelihood.problem.nominal);
   if (index >= likelihood.window_sums.size() || !likelihood.window_sums[index]) return;
   move(likelihood.window_sums[index]->windows);
   move(likelihood.window_sums[index]->parts);
@@ -235,8 +242,8 @@ void set_own_parameters(const Robot& robot, Likelihood& likelihood) {
     const auto n = likelihood.problem.size() + static_cast<Eigen::Index>(own.size());
     const OwnStep step = own_step(information_of(likelihood, likelihood.runs()[i], i, robot).total(n), own);
     if (likelihood.seeks_start_heading(likelihood.runs()[i])) {
-      turn_start(step.step.tail<1>().value(), robot, likelihood.problem.runs[i]);
-      if (!likelihood.clocked.empty()) turn_start(step.step.tail<1>().value(), robot, likelihood.clocked[i]);
+      const double turned = step.step.tail<1>().value();
+      move_run([&](Run& run) { turn_start(turned, robot, run); }, i, likelihood);
     }
     if (const Run& run = likelihood.runs()[i]; likelihood.seeks_walk(run)) {
       const BiasWalk walk = run.gyro_walk;
@@ -251,10 +258,13 @@ void set_own_parameters(const Robot& robot, Likelihood& likelihood) {
         continue;
       }
       const ClockStep clock{step.step[k], std::sqrt(step.covariance(k, k))};
-      move_clock(clock, robot, likelihood.problem.runs[i]);
-      if (!likelihood.clocked.empty()) move_clock(clock, robot, likelihood.clocked[i]);
+      move_run([&](Run& run) { move_clock(clock, robot, run); }, i, likelihood);
     }
   }
+}
+
+Robot with_levels(const Robot& robot, const NoiseLevels& levels, const Robot& nominal) {
+  return with_noise_of_readings(with_noise(robot, levels), nominal.chassis);
 }
 
 Robot noisy_robot(const Robot& robot, const Likelihood& likelihood) {
@@ -278,6 +288,19 @@ RunInformation run_information(const Likelihood& likelihood, std::size_t index, 
   RunInformation information = information_with_own(likelihood, index, robot);
   information.blocks = without_own(information.blocks, likelihood.own_of(likelihood.runs()[index]));
   return information;
+}
+
+Information redundancy_information(const Likelihood& likelihood, std::size_t index, const Robot& robot) {
+  const Run& run = likelihood.runs()[index];
+  const std::vector<OwnParameter> own = likelihood.own_of(run);
+  const std::vector<Parameter> all = with_own(likelihood.problem.parameters, own);
+  const Eigen::Index n = likelihood.problem.size() + static_cast<Eigen::Index>(own.size());
+  RunInformation result;
+  append(
+      result.blocks, n,
+      chassis_likelihood(run, noisy_robot(robot, likelihood), std::span(all).first(without_clock(all, own)),
+                         redundancy_options(likelihood, index)));
+  return result.total(n);
 }
 
 Information total_information(const Likelihood& likelihood, const Robot& robot) {

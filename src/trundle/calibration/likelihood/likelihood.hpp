@@ -30,6 +30,8 @@ struct Likelihood {
   /// What noise in sensitivities makes of information is taken out: it is where nobody knows yet what the
   /// runs show. In what they do show it is little, and costs a search half its time more.
   bool takes_out_noise = false;
+  /// What the readings contradict each other by is part of it.
+  bool uses_redundancy = true;
   /// The noise is that of the runs. Until it is, which would pass for them, neither the clock of a run's
   /// reference nor the heading at its start is sought.
   bool knows_noise = false;
@@ -66,6 +68,8 @@ struct Likelihood {
 /// own to where it fits best.
 void set_own_parameters(const Robot& robot, Likelihood& likelihood);
 
+/// The robot whose readings have such noise; wheels with diameters other than `nominal` have that of these.
+[[nodiscard]] Robot with_levels(const Robot& robot, const NoiseLevels& levels, const Robot& nominal);
 /// The robot with the noise that the likelihood weighs its readings by.
 [[nodiscard]] Robot noisy_robot(const Robot& robot, const Likelihood& likelihood);
 
@@ -82,6 +86,10 @@ struct RunInformation {
 /// Of the shared parameters alone.
 [[nodiscard]] RunInformation run_information(const Likelihood& likelihood, std::size_t run,
                                              const Robot& robot);
+
+/// What the readings of one run contradict each other by says of them, and of the run's own behind them.
+[[nodiscard]] Information redundancy_information(const Likelihood& likelihood, std::size_t run,
+                                                 const Robot& robot);
 
 /// What all runs say, each with its weight.
 [[nodiscard]] Information total_information(const Likelihood& likelihood, const Robot& robot);

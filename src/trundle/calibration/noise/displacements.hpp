@@ -32,7 +32,7 @@ enum class WheelErrors { independent, partly_alike };
 
 /// Deviance (−2 log likelihood) of the parity residuals: they tell the sensors' levels from each other, and
 /// how large they are; of wheels that err partly alike how large they are at least: larger ones are as
-/// likely. docs/theory/calibration-noise.md, eq. 10.
+/// likely. docs/theory/calibration-noise-displacements.md, eq. 10.
 struct ParityDeviance {
   double deviance = 0.0;
   double share = 1.0;  ///< of the levels' variances, that shows in parity residuals

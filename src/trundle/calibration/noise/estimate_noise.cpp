@@ -25,11 +25,12 @@ constexpr int kMostRounds = 4;
 constexpr int kBisections = 20;
 // Squared innovations beyond this, Mahalanobis and of one component (1e-6 by chance), are lost tracking.
 constexpr double kLargestInnovation = 30.0, kLargestSquare = 24.0;
-// Of a level that is averaged over: from one to the next, and how far below the likeliest its square counts.
+// Of a level that is averaged over: from one to the next.
 constexpr double kNextLevel = 1.4142135623730951;
-constexpr int kLevelsBelow = 6;  // to a 64th of the square
 // Deviance above the least beyond which a level is impossible: e⁻⁸ of its likelihood.
 constexpr double kImpossible = 16.0;
+// What the robot file says of a sensor's noise is true within a factor of three: 1σ of its logarithm.
+constexpr double kGivenWithin = 1.1;
 // Correlation of neighbouring innovations beyond which they are taken for one error, 39 times as long.
 constexpr double kLargestCorrelation = 0.95;
 
@@ -103,26 +104,35 @@ std::vector<FreeLevel> free_levels(std::span<const Run> runs, const Robot& robot
   return levels;
 }
 
-/// Root of the mean of the squares that the wheels' noise may have, each as likely as it makes the
-/// innovations: that nothing was seen of it does not mean that there is none. Eq. 8b.
+/// Of what the levels of the sensors on board are beside those of the robot file, of which innovations may
+/// show next to nothing. docs/theory/calibration-noise.md, eq. 8c.
+double deviance_from_given(const NoiseLevels& levels, const NoiseLevels& given) {
+  const auto squared = [](double level, double as_given) {
+    return std::pow(std::log(std::max(level, kSmallest) / std::max(as_given, kSmallest)) / kGivenWithin, 2);
+  };
+  return squared(levels.wheel_per_sqrt_m, given.wheel_per_sqrt_m) +
+         squared(levels.gyro_rad_s_sqrt_hz, given.gyro_rad_s_sqrt_hz);
+}
+
+/// Root of the mean of the squares that the wheels' noise may have, by how likely each is: that nothing was
+/// seen of it does not mean that there is none. `deviance`: eq. 8d.
 double possible_wheel_noise(const NoiseLevels& likeliest, const Deviance& deviance) {
   const double least = deviance(likeliest);
+  if (!std::isfinite(least)) return likeliest.wheel_per_sqrt_m;
   double sum = 0.0, weights = 0.0;
   const auto take = [&](double level) {  // returns whether it is possible
     NoiseLevels levels = likeliest;
     levels.wheel_per_sqrt_m = level;
     const double above = deviance(levels) - least;
-    const double square = level * level;
-    const double weight = std::exp(-0.5 * above) * square;  // of all squares from here to the next level
-    sum += weight * square;
+    const double weight = std::exp(-0.5 * above);
+    sum += weight * level * level;
     weights += weight;
     return above < kImpossible;
   };
   double level = likeliest.wheel_per_sqrt_m;
   while (level < kLargestWheelNoise && take(level)) level *= kNextLevel;
-  level = likeliest.wheel_per_sqrt_m;
-  for (int i = 0; i < kLevelsBelow && take(level /= kNextLevel); ++i) {
-  }
+  level = likeliest.wheel_per_sqrt_m / kNextLevel;
+  while (level > kSmallest && take(level)) level /= kNextLevel;
   return std::sqrt(sum / weights);
 }
 
@@ -160,16 +170,18 @@ bool have_innovations(std::span<const Run> runs) {
 }
 
 /// The levels that make the innovations likeliest.
-NoiseLevels levels_by_innovations(std::span<const Run> runs, const Robot& robot,
-                                  const NoiseEstimate& before) {
+NoiseLevels levels_by_innovations(std::span<const Run> runs, const Robot& robot, const NoiseEstimate& before,
+                                  const Deviance& restriction) {
+  const NoiseLevels given = noise_levels_of(robot);
   const Deviance deviance = [&](const NoiseLevels& levels) {
-    return innovation_deviance(runs, robot, levels);
+    return innovation_deviance(runs, robot, levels) + deviance_from_given(levels, given);
   };
-  NoiseLevels levels = before.from_runs ? before.levels : noise_levels_of(robot);
+  NoiseLevels levels = before.from_runs ? before.levels : given;
   levels.reference.position_persistence = levels.reference.heading_persistence = 1.0;
   improve(free_levels(runs, robot), kMostRounds, deviance, levels,
           before.from_runs ? Search::nearby : Search::everywhere);
-  levels.wheel_per_sqrt_m = possible_wheel_noise(levels, deviance);
+  levels.wheel_per_sqrt_m =
+      possible_wheel_noise(levels, [&](const NoiseLevels& at) { return deviance(at) + restriction(at); });
   return levels;
 }
 
@@ -202,9 +214,10 @@ std::optional<NoiseLevels> levels_by_displacements(std::span<const Run> runs, co
 
 }  // namespace
 
-NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot, const NoiseEstimate& before) {
+NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot, const NoiseEstimate& before,
+                             const Deviance& restriction) {
   std::optional<NoiseLevels> levels = levels_by_growth(runs, robot);
-  if (!levels && have_innovations(runs)) levels = levels_by_innovations(runs, robot, before);
+  if (!levels && have_innovations(runs)) levels = levels_by_innovations(runs, robot, before, restriction);
   if (levels)
     allow_for_correlation(runs, noisy_robot(robot, *levels), levels->reference);
   else

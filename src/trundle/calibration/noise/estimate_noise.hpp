@@ -2,6 +2,7 @@
 
 #include <span>
 
+#include "trundle/calibration/noise/level_search.hpp"
 #include "trundle/calibration/problem/noise_levels.hpp"
 #include "trundle/calibration/problem/run.hpp"
 
@@ -11,8 +12,9 @@ namespace trundle::calibration {
 /// how differences of headings grow (growth.hpp, eq. 8); else, with all others, by what makes the innovations
 /// likeliest (eq. 8c). Runs of few epochs: by the likelihood of displacements (learn_noise.hpp, eq. 9 and
 /// 10). docs/theory/calibration-noise.md. `robot` should already be calibrated roughly.
-/// What was found `before`, of nearly the same robot, is where it is looked for.
+/// What was found `before`, of nearly the same robot, is where it is looked for. `restriction`: what −2 log
+/// of the likelihood of levels grows by when the parameters are integrated over (eq. 8d).
 [[nodiscard]] NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot,
-                                           const NoiseEstimate& before = {});
+                                           const NoiseEstimate& before, const Deviance& restriction);
 
 }  // namespace trundle::calibration

@@ -104,7 +104,7 @@ NoiseLevels with_ratios(const NoiseLevels& levels, const LogRatios& log_ratio) {
   return result;
 }
 
-/// Without evidence wheels are alike. docs/theory/calibration-noise.md, eq. 11.
+/// Without evidence wheels are alike. docs/theory/calibration-noise-displacements.md, eq. 11.
 double deviance_of_wheels(const Evidence& evidence, const Robot& robot, const NoiseLevels& levels,
                           const LogRatios& log_ratio) {
   const NoiseLevels candidate = with_ratios(levels, log_ratio);

@@ -33,8 +33,8 @@ struct LearnedNoise {
 };
 
 /// Maximum likelihood; each wheel's own level where that is likelier than one for all beyond chance.
-/// docs/theory/calibration-noise.md, eq. 9 to 11. Throws CannotAnswer with fewer than 20 displacements that
-/// have a pose at both ends.
+/// docs/theory/calibration-noise-displacements.md, eq. 9 to 11. Throws CannotAnswer with fewer than 20
+/// displacements that have a pose at both ends.
 [[nodiscard]] LearnedNoise learn_noise(std::span<const Run> runs, const Robot& robot,
                                        const LearnNoiseOptions& options = {});
 

@@ -15,7 +15,7 @@ struct Redundancy {
 [[nodiscard]] Redundancy redundancy_of(const Robot& robot);
 
 /// Steps the odometer from the start of a displacement to its end. Returns the covariance of the error of its
-/// pose with Pᵀ Σ z. docs/theory/calibration-noise.md, eq. 10a.
+/// pose with Pᵀ Σ z. docs/theory/calibration-noise-displacements.md, eq. 10a.
 [[nodiscard]] CommonError common_error_along(const CommonErrors& common, const Displacement& displacement,
                                              Odometer& odometer);
 
