@@ -100,6 +100,10 @@ void keep_first_harmonics(CalibrationProblem& problem) {
   }
 }
 
+Robot with_levels(const Robot& robot, const NoiseLevels& levels, const Robot& nominal) {
+  return with_noise_of_readings(with_noise(robot, levels), nominal.chassis);
+}
+
 /// With the noise of its readings alone, where they show it themselves: what a reference misses beyond what
 /// readings contradict each other by is of the reference, and of what the robot file says of it. Until the
 /// runs show any, that of the robot file. Nothing: it is the robot's.
@@ -261,10 +265,6 @@ void set_own_parameters(const Robot& robot, Likelihood& likelihood) {
       move_run([&](Run& run) { move_clock(clock, robot, run); }, i, likelihood);
     }
   }
-}
-
-Robot with_levels(const Robot& robot, const NoiseLevels& levels, const Robot& nominal) {
-  return with_noise_of_readings(with_noise(robot, levels), nominal.chassis);
 }
 
 Robot noisy_robot(const Robot& robot, const Likelihood& likelihood) {

@@ -68,8 +68,6 @@ struct Likelihood {
 /// own to where it fits best.
 void set_own_parameters(const Robot& robot, Likelihood& likelihood);
 
-/// The robot whose readings have such noise; wheels with diameters other than `nominal` have that of these.
-[[nodiscard]] Robot with_levels(const Robot& robot, const NoiseLevels& levels, const Robot& nominal);
 /// The robot with the noise that the likelihood weighs its readings by.
 [[nodiscard]] Robot noisy_robot(const Robot& robot, const Likelihood& likelihood);
 

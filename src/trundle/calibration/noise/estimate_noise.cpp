@@ -9,6 +9,7 @@
 #include "trundle/calibration/noise/growth.hpp"
 #include "trundle/calibration/noise/learn_noise.hpp"
 #include "trundle/calibration/noise/level_search.hpp"
+#include "trundle/geometry/squared.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -107,11 +108,11 @@ std::vector<FreeLevel> free_levels(std::span<const Run> runs, const Robot& robot
 /// Of what the levels of the sensors on board are beside those of the robot file, of which innovations may
 /// show next to nothing. docs/theory/calibration-noise.md, eq. 8c.
 double deviance_from_given(const NoiseLevels& levels, const NoiseLevels& given) {
-  const auto squared = [](double level, double as_given) {
-    return std::pow(std::log(std::max(level, kSmallest) / std::max(as_given, kSmallest)) / kGivenWithin, 2);
+  const auto sigmas = [](double level, double as_given) {
+    return std::log(std::max(level, kSmallest) / std::max(as_given, kSmallest)) / kGivenWithin;
   };
-  return squared(levels.wheel_per_sqrt_m, given.wheel_per_sqrt_m) +
-         squared(levels.gyro_rad_s_sqrt_hz, given.gyro_rad_s_sqrt_hz);
+  return squared(sigmas(levels.wheel_per_sqrt_m, given.wheel_per_sqrt_m)) +
+         squared(sigmas(levels.gyro_rad_s_sqrt_hz, given.gyro_rad_s_sqrt_hz));
 }
 
 /// Root of the mean of the squares that the wheels' noise may have, by how likely each is: that nothing was
