@@ -67,26 +67,44 @@ class OdometryChecks(Checks):
             if middle:
                 self.add("odometry: pose in the middle", recording.nees(middle[0]))
 
+    def calibrated(self, folder: Path, robot: Robot, rng: np.random.Generator, reference: Reference, runs: str) -> tuple[list[str], Any, Any] | None:
+        """Names, errors and covariance of what is calibrated, but for the gyro's bias, which each run has its own of."""
+        for name in runs:
+            Recording(folder / "runs" / name, robot, Drive(robot, rng, 30, rng.uniform(0.3, 0.5)), rng, reference)
+        (folder / "robot.toml").write_text(robot.file(self.sigma_stated))
+        found = self.answer("calibrate", folder / "runs", "--robot", folder / "robot.toml", "-o", folder / "calibrated.toml")
+        if not found:
+            return None
+        errors = {p["name"]: p["value"] - robot.truth.get(p["name"], p["nominal"]) for p in found["parameters"] if p["name"] != "gyro.bias"}
+        names = found["correlation"]["names"]
+        kept = [i for i, name in enumerate(names) if name in errors]
+        covariance = np.array(found["correlation"]["covariance_total"])[np.ix_(kept, kept)]
+        return [names[i] for i in kept], np.array([errors[names[i]] for i in kept]), covariance
+
+    def steering(self, folder: Path, seed: int) -> None:
+        """Where steered wheels point ahead, by positions that hardly show how noisy the wheels are."""
+        rng, kind = np.random.default_rng(seed), ("car", "tricycle")[seed % 2]
+        robot = Robot(rng, kind, True, 1.0, False, ticks=(360, 1000, 4096))
+        if found := self.calibrated(folder, robot, rng, WAYS["GPS"], "ab"):
+            names, error, covariance = found
+            if "front.steering_zero" in names:
+                zero = names.index("front.steering_zero")
+                self.add("calibrate, GPS: zero of the steering", (float(error[zero] ** 2 / covariance[zero, zero]), 1))
+
     def calibration(self, folder: Path, seed: int) -> None:
         """Of robots whose files are wrong, and odometry with the result."""
         rng, (way, reference) = np.random.default_rng(seed), list(WAYS.items())[seed % 4]
         kind = ("differential", "pods", "omni3", "differential", "mecanum")[seed // 4 % 5]
         robot = Robot(rng, kind, bool(rng.random() < 0.5), 1.0, bool(reference.sigma_rad), ticks=(64, 360, 1000, 4096))
-        for name in "ab"[:rng.integers(1, 3)] if reference.hz else "abc":
-            Recording(folder / "runs" / name, robot, Drive(robot, rng, 30, rng.uniform(0.3, 0.5)), rng, reference)
-        (folder / "robot.toml").write_text(robot.file(self.sigma_stated))
-        found = self.answer("calibrate", folder / "runs", "--robot", folder / "robot.toml", "-o", folder / "calibrated.toml")
+        found = self.calibrated(folder, robot, rng, reference, "ab"[:rng.integers(1, 3)] if reference.hz else "abc")
         if not found:
             return
-        errors = {p["name"]: p["value"] - robot.truth.get(p["name"], p["nominal"]) for p in found["parameters"] if p["name"] != "gyro.bias"}
-        names = found["correlation"]["names"]
-        kept = [i for i, name in enumerate(names) if name in errors]
-        error, covariance = np.array([errors[names[i]] for i in kept]), np.array(found["correlation"]["covariance_total"])[np.ix_(kept, kept)]
+        _, error, covariance = found
         sigmas = np.sqrt(np.diag(covariance))
         variances, modes = np.linalg.eigh(covariance / np.outer(sigmas, sigmas))
         told = variances > 1e-7  # where the robot's own axes point is nobody's error
         self.add(f"calibrate, {way}: parameters", (float(((modes.T @ (error / sigmas))[told] ** 2 / variances[told]).sum()), int(told.sum())))
-        which = rng.integers(len(kept))  # one of each draw, for those of a draw are not independent
+        which = rng.integers(len(error))  # one of each draw, for those of a draw are not independent
         self.count("calibrate: truth in the 95 % interval", [bool(abs(error[which]) < 1.96 * sigmas[which])], 0.95, 0.95)
         recording = Recording(folder / "c", robot, Drive(robot, rng, 30, 0.4), rng)
         if self.answer("odometry", folder / "c", "--robot", folder / "calibrated.toml", "-o", folder / "c.csv"):
@@ -198,7 +216,7 @@ def main() -> int:
     parser.add_argument("--draws", type=int, default=12, help="of each kind of robot; calibrations, clocks and slips are twice as many, straight drives four times")
     options = parser.parse_args()
     checks = OdometryChecks(options.program, options.noise_stated)
-    draws = {checks.odometry: 9, checks.calibration: 2, checks.clocks: 2, checks.slip: 2, checks.straight: 4, checks.late_gyro: 2}
+    draws = {checks.odometry: 9, checks.calibration: 2, checks.clocks: 2, checks.slip: 2, checks.straight: 4, checks.late_gyro: 2, checks.steering: 2}
     return judged(checks, {step: range(1000 * i, 1000 * i + share * options.draws) for i, (step, share) in enumerate(draws.items())})
 
 

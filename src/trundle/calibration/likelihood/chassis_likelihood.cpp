@@ -7,16 +7,10 @@
 
 namespace trundle::calibration {
 
-// Where the readings' noise is a share of what they are said to have, so is that of what is made of them.
-Eigen::MatrixXd noise_in(const Contradiction& window, const Eigen::MatrixXd& weight,
-                         const ChassisLikelihoodOptions& options) {
-  return std::min(options.variance_factor, 1.0) * information_of_noise(weight, window.J_errors);
-}
-
 void add_to(Information& information, const Contradiction& window, const ChassisLikelihoodOptions& options) {
   const Eigen::MatrixXd W = inverse_of((options.variance_factor * window.S).eval());
   if (add_within(information, window.J, W, window.y, options.gate) && options.with_noise)
-    information.add_noise(noise_in(window, W, options));
+    information.add_noise(information_of_noise(W, window.J_errors));
 }
 
 std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot,
@@ -24,7 +18,8 @@ std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot,
                                             const ChassisLikelihoodOptions& options) {
   std::vector<Information> result(static_cast<std::size_t>(options.blocks),
                                   Information::zero(static_cast<Eigen::Index>(parameters.size())));
-  ParityWindows windows(run, robot.chassis, parameters, options.window_s, options.sums, options.with_noise);
+  ParityWindows windows(run, robot.chassis, robot.chassis, parameters, options.window_s, options.sums,
+                        options.with_noise);
   const std::size_t increments = run.readings.increments.size();
   for (std::size_t i = 0; i < increments; ++i)
     if (const auto window = windows.take()) add_to(result[i * result.size() / increments], *window, options);

@@ -20,9 +20,6 @@ struct ChassisLikelihoodOptions {
   const WindowSums* sums = nullptr;
 };
 
-/// What noise makes of the information of a window of that weight.
-[[nodiscard]] Eigen::MatrixXd noise_in(const Contradiction& window, const Eigen::MatrixXd& weight,
-                                       const ChassisLikelihoodOptions& options);
 /// One window of it.
 void add_to(Information& information, const Contradiction& window, const ChassisLikelihoodOptions& options);
 

@@ -10,6 +10,7 @@
 #include "trundle/calibration/likelihood/reference_measurement.hpp"
 #include "trundle/calibration/likelihood/relative_likelihood.hpp"
 #include "trundle/calibration/problem/run_gyro_bias.hpp"
+#include "trundle/geometry/squared.hpp"
 #include "trundle/io/interruption.hpp"
 
 namespace trundle::calibration {
@@ -110,10 +111,8 @@ Robot with_levels(const Robot& robot, const NoiseLevels& levels, const Robot& no
 std::optional<Robot> as_read_in(const Likelihood& likelihood, const Robot& robot) {
   const Robot& nominal = likelihood.problem.nominal;
   if (!likelihood.noise.from_runs) return with_levels(robot, noise_levels_of(nominal), nominal);
-  if (!(likelihood.redundancy_factor < 1.0)) return std::nullopt;
-  NoiseLevels levels = likelihood.noise.levels;
-  levels.wheel_per_sqrt_m *= std::sqrt(likelihood.redundancy_factor);
-  return without_rounding(with_levels(robot, levels, nominal));
+  if (likelihood.contradicting_share == 1.0) return std::nullopt;
+  return without_rounding(contradicting_robot(robot, likelihood, likelihood.contradicting_share));
 }
 
 ChassisLikelihoodOptions redundancy_options(const Likelihood& likelihood, std::size_t index) {
@@ -130,8 +129,8 @@ RunInformation information_of(const Likelihood& likelihood, const Run& run, std:
   const std::vector<Parameter> all = with_own(likelihood.problem.parameters, own);
   const Eigen::Index n = likelihood.problem.size() + static_cast<Eigen::Index>(own.size());
   const auto parameters = std::span(all).first(without_clock(all, own));
-  const Robot rounding = noisy_robot(robot, likelihood);  // which is that of a window, but of no interval
-  const Robot noisy = without_rounding(rounding);
+  const Robot noisy = without_rounding(noisy_robot(robot, likelihood));
+  const Robot contradicting = contradicting_robot(robot, likelihood, likelihood.contradicting_share);
   const std::optional<Robot> read = as_read_in(likelihood, robot);
   RunInformation result;
   const ChassisLikelihoodOptions redundant = redundancy_options(likelihood, index);
@@ -145,13 +144,13 @@ RunInformation information_of(const Likelihood& likelihood, const Run& run, std:
       .own = {.walking_bias =
                   likelihood.seeks_walk(run) ? std::optional(place_of_gyro_bias(all)) : std::nullopt,
               .start_heading = likelihood.seeks_start_heading(run)},
-      .redundant =
-          likelihood.uses_redundancy ? std::optional(RedundantReadings{rounding, redundant}) : std::nullopt};
+      .redundant = likelihood.uses_redundancy ? std::optional(RedundantReadings{contradicting, redundant})
+                                              : std::nullopt};
   RunLikelihood stream = stream_likelihood(run, noisy, all, options);
   append(result.blocks, n, stream.blocks);
   append(result.blocks, n, partial_likelihood(run, noisy, parameters, options).blocks);
   if (run.epochs.empty() && likelihood.uses_redundancy)
-    append(result.blocks, n, chassis_likelihood(run, rounding, parameters, redundant));
+    append(result.blocks, n, chassis_likelihood(run, contradicting, parameters, redundant));
   if (!run.relative_motions.empty())
     append(result.blocks, n, relative_information_of(likelihood, run, index, noisy, parameters));
   if (likelihood.takes_out_noise) keep_what_is_known(result.blocks);
@@ -222,7 +221,7 @@ bool Likelihood::seeks_walk(const Run& run) const {
 }
 
 bool Likelihood::seeks_start_heading(const Run& run) const {
-  return knows_noise && !run.epochs.empty() && !run.reference.has_headings() &&
+  return !run.epochs.empty() && !run.reference.has_headings() &&
          problem.size() + kMostOwn <= static_cast<Eigen::Index>(kMaxParameters);
 }
 
@@ -271,6 +270,16 @@ Robot noisy_robot(const Robot& robot, const Likelihood& likelihood) {
   return with_levels(robot, likelihood.noise.levels, likelihood.problem.nominal);
 }
 
+Robot contradicting_robot(const Robot& robot, const Likelihood& likelihood, double share) {
+  NoiseLevels levels = likelihood.noise.levels;
+  levels.wheel_per_sqrt_m *= std::sqrt(share);
+  if (const auto own = own_gyro_noise(likelihood.problem)) {
+    const double beyond = squared(levels.gyro_rad_s_sqrt_hz) - squared(*own);
+    levels.gyro_rad_s_sqrt_hz = std::sqrt(squared(*own) + share * beyond);
+  }
+  return with_levels(robot, levels, likelihood.problem.nominal);
+}
+
 Information RunInformation::total(Eigen::Index parameters) const {
   Information sum = Information::zero(parameters);
   for (const Information& block : blocks) sum.add(block);
@@ -296,10 +305,10 @@ Information redundancy_information(const Likelihood& likelihood, std::size_t ind
   const std::vector<Parameter> all = with_own(likelihood.problem.parameters, own);
   const Eigen::Index n = likelihood.problem.size() + static_cast<Eigen::Index>(own.size());
   RunInformation result;
-  append(
-      result.blocks, n,
-      chassis_likelihood(run, noisy_robot(robot, likelihood), std::span(all).first(without_clock(all, own)),
-                         redundancy_options(likelihood, index)));
+  append(result.blocks, n,
+         chassis_likelihood(run, contradicting_robot(robot, likelihood, likelihood.contradicting_share),
+                            std::span(all).first(without_clock(all, own)),
+                            redundancy_options(likelihood, index)));
   return result.total(n);
 }
 

@@ -21,7 +21,10 @@ namespace trundle::calibration {
 struct Likelihood {
   CalibrationProblem problem;
   NoiseEstimate noise;
-  /// By which what no motion explains scatters more than the readings' noise, as a variance.
+  /// Of the variance of the wheels' noise, and of the gyro's beyond its own, what readings contradict each
+  /// other by: by the rest all wheels err alike, or the reference does.
+  double contradicting_share = 1.0;
+  /// By which what no motion explains scatters more than all of that makes it, as a variance: at least 1.
   double redundancy_factor = 1.0;
   std::vector<Matrix3> relative_covariance;  ///< of the residuals of each run's relative motions
   std::vector<double> run_weight;
@@ -32,8 +35,8 @@ struct Likelihood {
   bool takes_out_noise = false;
   /// What the readings contradict each other by is part of it.
   bool uses_redundancy = true;
-  /// The noise is that of the runs. Until it is, which would pass for them, neither the clock of a run's
-  /// reference nor the heading at its start is sought.
+  /// The noise is that of the runs. Until it is, which would pass for it, the clock of a run's reference is
+  /// not sought.
   bool knows_noise = false;
   /// 1σ of the gyro's bias of each run about the one that all share [rad/s]; 0: there is only that.
   double gyro_bias_spread_rad_s = 0.0;
@@ -70,6 +73,9 @@ void set_own_parameters(const Robot& robot, Likelihood& likelihood);
 
 /// The robot with the noise that the likelihood weighs its readings by.
 [[nodiscard]] Robot noisy_robot(const Robot& robot, const Likelihood& likelihood);
+
+/// With such a share of it: what its readings contradict each other by.
+[[nodiscard]] Robot contradicting_robot(const Robot& robot, const Likelihood& likelihood, double share);
 
 /// What one run says about the parameters.
 struct RunInformation {

@@ -6,19 +6,18 @@
 #include "trundle/geometry/decompositions.hpp"
 
 namespace trundle::calibration {
-ParityFilter::ParityFilter(const Run& run, const Robot& robot, std::span<const Parameter> parameters,
-                           const ChassisLikelihoodOptions& options, OwnSensitivity& own)
-    : windows_(run, robot.chassis, parameters, options.window_s, options.sums, options.with_noise),
+ParityFilter::ParityFilter(const Run& run, const Robot& robot, const Chassis& weighing,
+                           std::span<const Parameter> parameters, const ChassisLikelihoodOptions& options,
+                           OwnSensitivity& own)
+    : windows_(run, robot.chassis, weighing, parameters, options.window_s, options.sums, options.with_noise),
       options_(options),
       parameters_(static_cast<Eigen::Index>(parameters.size())),
       own_(own) {}
 
-// Where the readings' noise shows as a share of what they are said to have, so does what is common; what
-// shows beside it need not be common.
 void ParityFilter::end_arc(const Pose2& pose) {
   if (parity_.with_pose.cols() == 0) return;
   const auto [F, M] = arc_errors(parity_.arc_start, pose);
-  const CommonError own = std::min(options_.variance_factor, 1.0) * windows_.take_common_error();
+  const CommonError own = windows_.take_common_error();
   parity_.with_pose = (F * parity_.with_pose).eval();
   if (own.cols() > 0) parity_.with_pose += M * own;
   parity_.arc_start = pose;
@@ -86,7 +85,7 @@ void ParityFilter::measure(const Contradiction& ended, double time_s, Odometer& 
   if (!add_within(information, J, W, innovation, options_.gate)) return;
   if (options_.with_noise)
     information.add_noise(common && !errors.of_parity().empty() ? errors.noise_in_parity(W)
-                                                                : noise_in(ended, W, options_));
+                                                                : information_of_noise(W, ended.J_errors));
   if (!common) return;
   const CommonError K = parity_.with_pose * W;
   const Matrix3 reduction = K * parity_.with_pose.transpose();

@@ -17,10 +17,11 @@ namespace trundle::calibration {
 /// the pose corrects it too. docs/theory/calibration-redundancy.md, eq. 7b.
 class ParityFilter {
  public:
-  /// All must outlive it. `robot`: with_noise_of_readings(). `own`: of the pose, and of the information
-  /// beside the parameters.
-  ParityFilter(const Run& run, const Robot& robot, std::span<const Parameter> parameters,
-               const ChassisLikelihoodOptions& options, OwnSensitivity& own);
+  /// All must outlive it. `robot`: contradicting_robot(). `weighing`: that of odometry. `own`: of the pose,
+  /// and of the information beside the parameters.
+  ParityFilter(const Run& run, const Robot& robot, const Chassis& weighing,
+               std::span<const Parameter> parameters, const ChassisLikelihoodOptions& options,
+               OwnSensitivity& own);
 
   /// Goes on to the next increment, which ends then and moves no pose.
   void skip(double time_s, Information& information);

@@ -7,12 +7,12 @@
 
 namespace trundle::calibration {
 
-ParityWindows::Rigid::Rigid(const Chassis& chassis, std::span<const Parameter> parameters,
-                            const WindowSums& given)
+ParityWindows::Rigid::Rigid(const Chassis& chassis, const Chassis& weighing,
+                            std::span<const Parameter> parameters, const WindowSums& given)
     : rows(rows_of(chassis, chassis.gyro.has_value())),
       comparison(comparison_of(chassis, rows, chassis, rows, left_null_space(rows), parameters)),
       rounding(rounding_of(chassis, rows)),
-      common(chassis, chassis, rows, comparison.P),
+      common(weighing, chassis, rows, comparison.P),
       sums(given) {}
 
 Contradiction ParityWindows::Rigid::next(bool with_errors) {
@@ -28,16 +28,17 @@ Contradiction ParityWindows::Rigid::next(bool with_errors) {
   return contradiction_of(comparison, sum, motion.vector(), variance, with_errors);
 }
 
-ParityWindows::ParityWindows(const Run& run, const Chassis& chassis, std::span<const Parameter> parameters,
-                             double window_s, const WindowSums* sums, bool with_errors)
+ParityWindows::ParityWindows(const Run& run, const Chassis& chassis, const Chassis& weighing,
+                             std::span<const Parameter> parameters, double window_s, const WindowSums* sums,
+                             bool with_errors)
     : run_(run), chassis_(chassis), window_s_(window_s), with_errors_(with_errors), gauge_(chassis) {
   if (is_steered(chassis)) {
     if (rows_of(chassis, chassis.gyro.has_value()).count() > 3)
-      steered_.emplace(chassis, parameters, with_errors);
+      steered_.emplace(chassis, weighing, parameters, with_errors);
     return;
   }
   if (!sums && (own_sums_ = window_sums(run, chassis, window_s))) sums = &*own_sums_;
-  if (sums) rigid_.emplace(chassis, parameters, *sums);
+  if (sums) rigid_.emplace(chassis, weighing, parameters, *sums);
 }
 
 std::optional<Contradiction> ParityWindows::take(const Rolling* before) {

@@ -17,10 +17,12 @@ namespace trundle::calibration {
 /// docs/theory/calibration-redundancy.md, eq. 7.
 class ParityWindows {
  public:
-  /// All must outlive it. `sums`: window_sums() of the run over `window_s`, where they are known already.
+  /// All must outlive it. `chassis`: with the noise that contradicts; `weighing`: with that by which odometry
+  /// weighs readings. `sums`: window_sums() of the run over `window_s`, where they are known already.
   /// `with_errors`: Contradiction::J_errors.
-  ParityWindows(const Run& run, const Chassis& chassis, std::span<const Parameter> parameters,
-                double window_s, const WindowSums* sums, bool with_errors);
+  ParityWindows(const Run& run, const Chassis& chassis, const Chassis& weighing,
+                std::span<const Parameter> parameters, double window_s, const WindowSums* sums,
+                bool with_errors);
   ParityWindows(const ParityWindows&) = delete;
 
   /// Whether there are any: there are more readings than a motion needs.
@@ -41,7 +43,8 @@ class ParityWindows {
  private:
   /// Where no wheel is steered, all windows are compared by the same combinations of readings.
   struct Rigid {
-    Rigid(const Chassis& chassis, std::span<const Parameter> parameters, const WindowSums& given);
+    Rigid(const Chassis& chassis, const Chassis& weighing, std::span<const Parameter> parameters,
+          const WindowSums& given);
     void add(const Increment& increment, Rolling before);
     /// Of the window that is next.
     Contradiction next(bool with_errors);

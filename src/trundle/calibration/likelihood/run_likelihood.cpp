@@ -76,7 +76,7 @@ class ReferenceFilter {
     const Vector2 lever = rotation(odometer_.pose().heading) * robot.body_from_reference.translation();
     own_.begin_at_start(odometer_, run.epoch_time(0), lever);
     if (const auto& redundant = options.redundant)
-      parity_.emplace(run, redundant->robot, parameters, redundant->options, own_);
+      parity_.emplace(run, redundant->robot, robot.chassis, parameters, redundant->options, own_);
   }
 
   void run() {

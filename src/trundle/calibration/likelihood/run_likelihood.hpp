@@ -39,7 +39,7 @@ struct RunLikelihood {
 
 /// What chassis_likelihood() is of.
 struct RedundantReadings {
-  const Robot& robot;  ///< with rounding, which is that of a window
+  const Robot& robot;  ///< contradicting_robot(), with rounding, which is that of a window
   ChassisLikelihoodOptions options;
 };
 

@@ -49,12 +49,13 @@ bool SteeredWindow::take(const Increment& increment) {
     sum_->add(own);
   }
   duration_s_ += increment.duration_s;
-  last_ = Taken{standing, rows, variance, P};
+  last_ = Taken{increment, rows, variance, P};
   return true;
 }
 
 CommonError SteeredWindow::common_error(double speed_m_s) const {
-  const auto& [standing, rows, variance, P] = *last_;
+  const auto& [increment, rows, variance, P] = *last_;
+  const Chassis standing = at_steering(weighing_, increment);
   const TwistGain gain = twist_gain(rows, weighing_variances(standing, rows, speed_m_s, 1.0));
   return gain * variance.asDiagonal() * P;
 }

@@ -13,8 +13,10 @@ namespace trundle::calibration {
 /// does not skid is a reading as well: of its angle. docs/theory/calibration-redundancy.md, eq. 7a.
 class SteeredWindow {
  public:
-  SteeredWindow(const Chassis& chassis, std::span<const Parameter> parameters, bool with_errors)
-      : chassis_(chassis), parameters_(parameters), with_errors_(with_errors) {}
+  /// As ParityWindows.
+  SteeredWindow(const Chassis& chassis, const Chassis& weighing, std::span<const Parameter> parameters,
+                bool with_errors)
+      : chassis_(chassis), weighing_(weighing), parameters_(parameters), with_errors_(with_errors) {}
 
   /// Whether its rows can be compared; if not, it is not taken.
   bool take(const Increment& increment);
@@ -29,13 +31,14 @@ class SteeredWindow {
 
  private:
   const Chassis& chassis_;
+  const Chassis& weighing_;
   std::span<const Parameter> parameters_;
   bool with_errors_;  ///< Contradiction::J_errors
   Combinations P_;    ///< of its first interval
   std::optional<Contradiction> sum_;
   /// The interval that was taken last.
   struct Taken {
-    Chassis standing;
+    Increment increment;
     Rows rows;
     RowVector variance;
     Combinations P;
