@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "trundle/calibration/calibrate.hpp"
+#include "trundle/io/error.hpp"
 
 #include "calibration/steered_drives.hpp"
 #include "held_limits.hpp"

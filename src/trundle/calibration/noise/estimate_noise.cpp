@@ -188,10 +188,11 @@ NoiseLevels levels_by_innovations(std::span<const Run> runs, const Robot& robot,
 
 /// Where headings are the wheels' and the reference shows them: the wheels' by what grows of their
 /// differences, whatever the reference errs by for seconds; its own by how large innovations are.
-std::optional<NoiseLevels> levels_by_growth(std::span<const Run> runs, const Robot& robot) {
+std::optional<NoiseLevels> levels_by_growth(std::span<const Run> runs, const Robot& robot,
+                                            std::span<const Parameter> fitted) {
   if (robot.chassis.gyro || !have_headings(runs) || !owes_headings_to_wheels(robot)) return std::nullopt;
   NoiseLevels levels = noise_levels_of(robot);
-  const auto growth = growth_of_heading(runs, noisy_robot(robot, levels));
+  const auto growth = growth_of_heading(runs, noisy_robot(robot, levels), fitted);
   if (!growth) return std::nullopt;
   levels.wheel_per_sqrt_m = std::max(levels.wheel_per_sqrt_m * growth->possible, kSmallest);
   ReferenceNoise& reference = levels.reference;
@@ -215,9 +216,9 @@ std::optional<NoiseLevels> levels_by_displacements(std::span<const Run> runs, co
 
 }  // namespace
 
-NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot, const NoiseEstimate& before,
-                             const Deviance& restriction) {
-  std::optional<NoiseLevels> levels = levels_by_growth(runs, robot);
+NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot, std::span<const Parameter> fitted,
+                             const NoiseEstimate& before, const Deviance& restriction) {
+  std::optional<NoiseLevels> levels = levels_by_growth(runs, robot, fitted);
   if (!levels && have_innovations(runs)) levels = levels_by_innovations(runs, robot, before, restriction);
   if (levels)
     allow_for_correlation(runs, noisy_robot(robot, *levels), levels->reference);

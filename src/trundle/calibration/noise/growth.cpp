@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "trundle/calibration/likelihood/run_likelihood.hpp"
+#include "trundle/calibration/problem/problem.hpp"
+#include "trundle/geometry/decompositions.hpp"
 #include "trundle/odometry/odometer.hpp"
 #include "trundle/statistics/median.hpp"
 
@@ -18,6 +20,8 @@ constexpr std::size_t kFewestPairs = 20;
 // Differences larger than so many robust sigmas (by chance 2e-9) are lost tracking, not wobble: they count as
 // that much.
 constexpr double kLargestDeviation = 6.0;
+// Of what turns headings, beside what turns them most: that much is none, for wheels without noise too.
+constexpr double kNegligibleTurn = 1e-12;
 
 /// Mean square, with outliers cut.
 double mean_square(std::vector<double>& values) {
@@ -36,11 +40,16 @@ struct Drift {
   std::vector<double> path_m;
   std::vector<double> error_rad;
   double model_variance = 0.0;  ///< of odometry at the end for the noise it was run with
+  /// By the parameters, and then by combinations of them that turn headings independently of each other: a
+  /// row for each point.
+  Eigen::MatrixXd by_parameters;
 
-  void add(double path, double value) {
+  void add(double path, double value, const Eigen::RowVectorXd& sensitivity) {
+    by_parameters.row(static_cast<Eigen::Index>(path_m.size())) = sensitivity;
     path_m.push_back(path);
     error_rad.push_back(value);
   }
+  double length_m() const { return path_m.empty() ? 0.0 : path_m.back() - path_m.front(); }
 };
 
 /// Epochs between two jumps of the reference.
@@ -58,9 +67,14 @@ std::vector<Piece> pieces_of(const Run& run) {
   return pieces;
 }
 
-Drift drift_of(const Run& run, const Piece& piece, const Robot& robot) {
+Drift drift_of(const Run& run, const Piece& piece, const Robot& robot,
+               std::span<const Parameter> parameters) {
   Drift drift;
-  Odometer odometer(robot, {.start = body_at(run, piece.first, robot), .rates_change = true});
+  drift.by_parameters.resize(static_cast<Eigen::Index>(piece.end - piece.first),
+                             static_cast<Eigen::Index>(parameters.size()));
+  Odometer odometer(robot, {.start = body_at(run, piece.first, robot),
+                            .parameters = {parameters.begin(), parameters.end()},
+                            .rates_change = true});
   double path_m = 0.0, last_rad = 0.0;
   std::size_t done = run.epochs[piece.first];
   for (std::size_t epoch = piece.first; epoch < piece.end; ++epoch) {
@@ -71,31 +85,57 @@ Drift drift_of(const Run& run, const Piece& piece, const Robot& robot) {
     if (!sample.has_heading()) continue;
     const double heading_rad = (odometer.pose() * robot.body_from_reference).heading;
     last_rad = unwrap_angle(sample.value.z() - heading_rad, last_rad);
-    drift.add(path_m, last_rad);
+    drift.add(path_m, last_rad, odometer.sensitivity().row(2));
   }
+  drift.by_parameters.conservativeResize(static_cast<Eigen::Index>(drift.path_m.size()), Eigen::NoChange);
   drift.model_variance = odometer.white_covariance()(2, 2);
   return drift;
 }
 
+/// Makes the columns of `by_parameters` independent: of a walk of the headings, a fit by parameters of these
+/// priors leaves what is orthogonal to them. docs/theory/calibration-noise.md, eq. 8a.
+void make_independent(const Eigen::VectorXd& prior_sigmas, std::span<Drift> drifts) {
+  const Eigen::Index n = prior_sigmas.size();
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
+  double variance = 0.0, path_m = 0.0;
+  for (const auto& [path, error, model_variance, by_parameters] : drifts) {
+    variance += model_variance;
+    for (std::size_t i = 1; i < path.size(); ++i) {
+      const double step_m = path[i] - path[i - 1];
+      if (!(step_m > 0.0)) continue;
+      const auto k = static_cast<Eigen::Index>(i);
+      const Eigen::RowVectorXd turned =
+          (by_parameters.row(k) - by_parameters.row(k - 1)).cwiseProduct(prior_sigmas.transpose());
+      information += turned.transpose() * turned / step_m;
+      path_m += step_m;
+    }
+  }
+  if (n == 0 || !(path_m > 0.0)) return;
+  const SymmetricEigen eigen = symmetric_eigen(information);
+  const double growth = std::max(variance / path_m, kNegligibleTurn * eigen.values.maxCoeff());
+  const Eigen::VectorXd scale = (eigen.values.array().max(0.0) + growth).sqrt().inverse();
+  const Eigen::MatrixXd independent = prior_sigmas.asDiagonal() * eigen.vectors * scale.asDiagonal();
+  for (Drift& drift : drifts) drift.by_parameters = (drift.by_parameters * independent).eval();
+}
+
 /// One point of the variogram.
 struct LagVariance {
-  double lag_m = 0.0;
+  double lag_m = 0.0;  ///< less what the fit has bent away of a walk over it
   double variance = 0.0;
   double stretches = 0.0;  ///< so many that do not overlap: what counts as independent evidence
 };
 
 double longest_path(std::span<const Drift> drifts) {
   double longest_m = 0.0;
-  for (const Drift& drift : drifts)
-    if (!drift.path_m.empty()) longest_m = std::max(longest_m, drift.path_m.back() - drift.path_m.front());
+  for (const Drift& drift : drifts) longest_m = std::max(longest_m, drift.length_m());
   return longest_m;
 }
 
 /// From each epoch to the first that is so far on. Nothing where there are too few.
 std::optional<LagVariance> variance_over(double lag_m, std::span<const Drift> drifts) {
   std::vector<double> differences;
-  double lags_m = 0.0, path_m = 0.0;
-  for (const auto& [path, error, model_variance] : drifts) {
+  double lags_m = 0.0, path_m = 0.0, bent_m = 0.0;
+  for (const auto& [path, error, model_variance, bent] : drifts) {
     const std::size_t before = differences.size();
     for (std::size_t i = 0, j = 0; i < path.size(); ++i) {
       while (j < path.size() && path[j] < path[i] + lag_m) ++j;
@@ -103,12 +143,14 @@ std::optional<LagVariance> variance_over(double lag_m, std::span<const Drift> dr
       if (j == i) continue;
       differences.push_back(error[j] - error[i]);
       lags_m += path[j] - path[i];
+      bent_m +=
+          (bent.row(static_cast<Eigen::Index>(j)) - bent.row(static_cast<Eigen::Index>(i))).squaredNorm();
     }
     if (differences.size() > before) path_m += path.back() - path.front();
   }
   if (differences.size() < kFewestPairs) return std::nullopt;
-  const double mean_lag_m = lags_m / static_cast<double>(differences.size());
-  return LagVariance{mean_lag_m, mean_square(differences), path_m / mean_lag_m};
+  const auto count = static_cast<double>(differences.size());
+  return LagVariance{(lags_m - bent_m) / count, mean_square(differences), path_m / (lags_m / count)};
 }
 
 std::vector<LagVariance> variogram(std::span<const Drift> drifts) {
@@ -179,11 +221,13 @@ std::optional<Growth> growth_of(std::span<const Drift> drifts) {
 
 }  // namespace
 
-std::optional<Growth> growth_of_heading(std::span<const Run> runs, const Robot& robot) {
+std::optional<Growth> growth_of_heading(std::span<const Run> runs, const Robot& robot,
+                                        std::span<const Parameter> fitted) {
   std::vector<Drift> drifts;
   for (const Run& run : runs)
     if (!run.epochs.empty())
-      for (const Piece& piece : pieces_of(run)) drifts.push_back(drift_of(run, piece, robot));
+      for (const Piece& piece : pieces_of(run)) drifts.push_back(drift_of(run, piece, robot, fitted));
+  make_independent(prior_sigmas(fitted, robot), drifts);
   return growth_of(drifts);
 }
 

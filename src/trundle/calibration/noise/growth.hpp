@@ -4,6 +4,7 @@
 #include <span>
 
 #include "trundle/calibration/problem/run.hpp"
+#include "trundle/chassis/parameter.hpp"
 
 namespace trundle::calibration {
 
@@ -17,7 +18,9 @@ struct Growth {
   double reference_sigma = 0.0;  ///< of what is alike at all lags [rad]
 };
 
-/// Nothing where runs are too short or too few.
-[[nodiscard]] std::optional<Growth> growth_of_heading(std::span<const Run> runs, const Robot& robot);
+/// Nothing where runs are too short or too few. `fitted`: the parameters that the robot was fitted to the
+/// runs by, which took their share of what grows.
+[[nodiscard]] std::optional<Growth> growth_of_heading(std::span<const Run> runs, const Robot& robot,
+                                                      std::span<const Parameter> fitted);
 
 }  // namespace trundle::calibration

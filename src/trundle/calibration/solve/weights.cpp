@@ -44,7 +44,8 @@ void set_noise(const Robot& robot, const NoiseEstimate& noise, Likelihood& likel
 
 void find_noise(const Robot& robot, Likelihood& likelihood) {
   set_noise(robot,
-            estimate_noise(likelihood.runs(), robot, likelihood.noise, restriction_by(robot, likelihood)),
+            estimate_noise(likelihood.runs(), robot, likelihood.problem.parameters, likelihood.noise,
+                           restriction_by(robot, likelihood)),
             likelihood);
   // Errors that last for several windows (scrubbing, rollers) teach less than the number of windows suggests:
   // summed over longer windows they are larger than independent ones would be.
