@@ -159,7 +159,9 @@ std::vector<LagVariance> variogram(std::span<const Drift> drifts) {
   if (longest_m <= 0.0) return points;  // it stood
   // Longer lags are no use: the fitted parameters have already bent the odometry to the reference over them.
   for (const double share : {1.0 / 64, 1.0 / 32, 1.0 / 16, 3.0 / 32, 1.0 / 8, 3.0 / 16})
-    if (const auto point = variance_over(share * longest_m, drifts)) points.push_back(*point);
+    if (const auto point = variance_over(share * longest_m, drifts);
+        point && (points.empty() || point->lag_m != points.back().lag_m))  // else from the same pairs
+      points.push_back(*point);
   return points;
 }
 

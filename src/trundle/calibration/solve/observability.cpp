@@ -17,8 +17,8 @@ namespace {
 
 // Information below this (in units of prior sigmas) is rounding noise.
 constexpr double kNoInformation = 1e-9;
-// A parameter belongs to a held combination if its share is at least this part of the largest.
-constexpr double kMember = 0.3;
+// Shares of a held combination, beside the largest, are rounded: to none or all of it.
+constexpr double kMember = 0.5;
 // Shares that differ by less are equal.
 constexpr double kSameShare = 1e-6;
 
