@@ -29,6 +29,9 @@ class ContradictingShareTest : public testing::Test {
                                              double times_as_noisy_a_gyro = 1.0) {
     std::vector<calibration::Run> runs =
         prepare_runs(driven(machine, conditions_, 3).recordings, machine.truth);
+    for (calibration::Run& run : runs)
+      for (std::size_t i = gap_every_; i > 0 && i < run.readings.bridged.size(); i += gap_every_)
+        run.readings.bridged[i] = true;
     Likelihood likelihood = likelihood_of({runs, machine.truth, {}});
     NoiseLevels levels = noise_levels_of(machine.truth);
     levels.wheel_per_sqrt_m = times_as_noisy * kWheelNoise;
@@ -38,6 +41,7 @@ class ContradictingShareTest : public testing::Test {
   }
 
   Conditions conditions_{.rate_hz = 50.0};
+  std::size_t gap_every_ = 0;  ///< increments; 0: there is none
   Machine machine_ = with_good_gyro(differential_machine(), conditions_);
 };
 
@@ -61,6 +65,13 @@ TEST_F(ContradictingShareTest, WhatIsMoreThanAllIsAFactor) {
 TEST_F(ContradictingShareTest, RestsShowNothing) {
   conditions_.duration_s = 8.0;
   conditions_.runs = 30;
+  const auto found = share_of(machine_, 5.0);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->share * 25.0, 1.0, kThreeSigma);
+}
+
+TEST_F(ContradictingShareTest, WindowsThatAGapEndsCount) {
+  gap_every_ = 40;  // 0.8 s: no window is whole
   const auto found = share_of(machine_, 5.0);
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->share * 25.0, 1.0, kThreeSigma);

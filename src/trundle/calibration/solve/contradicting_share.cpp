@@ -71,7 +71,7 @@ void add_blocks(const Run& run, const Chassis& least, const Chassis& all, double
   bool drives = false;
   for (std::size_t i = 0; i < increments; ++i) {
     const auto smaller = by_least.take(), larger = by_all.take();
-    drives = by_all.is_within() && (drives || any_turns(run.readings.increments[i]));
+    drives = drives || (by_all.is_within() && any_turns(run.readings.increments[i]));
     if (!larger) continue;
     const Window window{larger->y, smaller->S, larger->S};
     if (drives && std::isfinite(window.chi2(1.0)))  // not all is exact
