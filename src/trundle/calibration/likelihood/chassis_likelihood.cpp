@@ -1,7 +1,5 @@
 #include "trundle/calibration/likelihood/chassis_likelihood.hpp"
 
-#include <algorithm>
-
 #include "trundle/calibration/likelihood/parity_windows.hpp"
 #include "trundle/geometry/decompositions.hpp"
 
@@ -18,7 +16,7 @@ std::vector<Information> chassis_likelihood(const Run& run, const Robot& robot,
                                             const ChassisLikelihoodOptions& options) {
   std::vector<Information> result(static_cast<std::size_t>(options.blocks),
                                   Information::zero(static_cast<Eigen::Index>(parameters.size())));
-  ParityWindows windows(run, robot.chassis, robot.chassis, parameters, options.window_s, options.sums,
+  ParityWindows windows(run, robot.chassis, robot.chassis, parameters, kParityWindow_s, options.sums,
                         options.with_noise);
   const std::size_t increments = run.readings.increments.size();
   for (std::size_t i = 0; i < increments; ++i)

@@ -13,10 +13,9 @@ namespace trundle::calibration {
 struct ChassisLikelihoodOptions {
   int blocks = 1;                ///< into which the run is cut, one Information for each
   double variance_factor = 1.0;  ///< by which the readings' variances are scaled
-  double window_s = 1.0;         ///< over which readings are summed
   double gate = 1e300;           ///< windows whose squared Mahalanobis residual is larger are left out
   bool with_noise = false;       ///< also Information::of_noise
-  /// window_sums() of the run over `window_s`, where they are known already.
+  /// window_sums() of the run over kParityWindow_s, where they are known already.
   const WindowSums* sums = nullptr;
 };
 

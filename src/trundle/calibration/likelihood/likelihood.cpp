@@ -108,11 +108,12 @@ Robot with_levels(const Robot& robot, const NoiseLevels& levels, const Robot& no
 /// With the noise of its readings alone, where they show it themselves: what a reference misses beyond what
 /// readings contradict each other by is of the reference, and of what the robot file says of it. Until the
 /// runs show any, that of the robot file. Nothing: it is the robot's.
-std::optional<Robot> as_read_in(const Likelihood& likelihood, const Robot& robot) {
+std::optional<Robot> as_read_in(const Likelihood& likelihood, const Robot& robot,
+                                const Robot& contradicting) {
   const Robot& nominal = likelihood.problem.nominal;
   if (!likelihood.noise.from_runs) return with_levels(robot, noise_levels_of(nominal), nominal);
   if (likelihood.contradicting_share == 1.0) return std::nullopt;
-  return without_rounding(contradicting_robot(robot, likelihood, likelihood.contradicting_share));
+  return without_rounding(contradicting);
 }
 
 ChassisLikelihoodOptions redundancy_options(const Likelihood& likelihood, std::size_t index) {
@@ -131,7 +132,7 @@ RunInformation information_of(const Likelihood& likelihood, const Run& run, std:
   const auto parameters = std::span(all).first(without_clock(all, own));
   const Robot noisy = without_rounding(noisy_robot(robot, likelihood));
   const Robot contradicting = contradicting_robot(robot, likelihood, likelihood.contradicting_share);
-  const std::optional<Robot> read = as_read_in(likelihood, robot);
+  const std::optional<Robot> read = as_read_in(likelihood, robot, contradicting);
   RunInformation result;
   const ChassisLikelihoodOptions redundant = redundancy_options(likelihood, index);
   const LikelihoodOptions options{
@@ -210,8 +211,7 @@ Likelihood likelihood_of(const CalibrationProblem& problem) {
     likelihood.clocked.assign(problem.runs.begin(), problem.runs.end());
   else
     for (const Run& run : problem.runs)
-      likelihood.window_sums.push_back(
-          window_sums(run, problem.nominal.chassis, ChassisLikelihoodOptions{}.window_s));
+      likelihood.window_sums.push_back(window_sums(run, problem.nominal.chassis, kParityWindow_s));
   return likelihood;
 }
 

@@ -1,6 +1,5 @@
 #include "trundle/calibration/likelihood/parity_filter.hpp"
 
-#include <algorithm>
 #include <utility>
 
 #include "trundle/geometry/decompositions.hpp"
@@ -9,7 +8,7 @@ namespace trundle::calibration {
 ParityFilter::ParityFilter(const Run& run, const Robot& robot, const Chassis& weighing,
                            std::span<const Parameter> parameters, const ChassisLikelihoodOptions& options,
                            OwnSensitivity& own)
-    : windows_(run, robot.chassis, weighing, parameters, options.window_s, options.sums, options.with_noise),
+    : windows_(run, robot.chassis, weighing, parameters, kParityWindow_s, options.sums, options.with_noise),
       options_(options),
       parameters_(static_cast<Eigen::Index>(parameters.size())),
       own_(own) {}
@@ -35,7 +34,7 @@ void ParityFilter::begin(const Pose2& pose) {
 
 std::optional<Contradiction> ParityFilter::take(double time_s, const Rolling* before) {
   std::optional<Contradiction> ended = windows_.take(before);
-  if (ended) ended->J = own_.extended(ended->J, time_s - 0.5 * options_.window_s);
+  if (ended) ended->J = own_.extended(ended->J, time_s - 0.5 * kParityWindow_s);
   return ended;
 }
 

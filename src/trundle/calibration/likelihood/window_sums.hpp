@@ -9,6 +9,9 @@
 
 namespace trundle::calibration {
 
+/// Over which the likelihood sums what no motion explains of readings.
+inline constexpr double kParityWindow_s = 1.0;
+
 /// Readings summed over windows of time and over parts of each: all of a run that chassis_likelihood() looks
 /// at where no wheel is steered. The robot's parameters are not in them, so one pass over the readings serves
 /// all values of the parameters. A window ends before a gap, and is left out if it is less than half as long

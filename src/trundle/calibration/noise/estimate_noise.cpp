@@ -23,7 +23,7 @@ constexpr double kLargestGyroNoise = 1.0;       // [rad/s/√Hz]
 // Times that every level is sought while the others stay, at most.
 constexpr int kMostRounds = 4;
 // Of a level between those two: to 1e-5 of its logarithm.
-constexpr int kBisections = 20;
+constexpr int kHalvingsOfReference = 20;
 // Squared innovations beyond this, Mahalanobis and of one component (1e-6 by chance), are lost tracking.
 constexpr double kLargestInnovation = 30.0, kLargestSquare = 24.0;
 // Of a level that is averaged over: from one to the next.
@@ -77,14 +77,12 @@ double innovation_size(std::span<const Run> runs, const Robot& robot, const Nois
 }
 
 /// The level of the reference that makes its innovations as large as they are said to be.
-double consistent_level(std::span<const Run> runs, const Robot& robot, NoiseLevels levels,
-                        double ReferenceNoise::*level, int first, int end) {
-  double low = std::log(kSmallest), high = std::log(kLargestReferenceNoise);
-  for (int i = 0; i < kBisections; ++i) {
-    levels.reference.*level = std::exp(0.5 * (low + high));
-    (innovation_size(runs, robot, levels, first, end) > 1.0 ? low : high) = 0.5 * (low + high);
-  }
-  return std::exp(high);
+double consistent_reference(std::span<const Run> runs, const Robot& robot, NoiseLevels levels,
+                            double ReferenceNoise::*level, int first, int end) {
+  return consistent_level(kSmallest, kLargestReferenceNoise, kHalvingsOfReference, [&](double noise) {
+    levels.reference.*level = noise;
+    return innovation_size(runs, robot, levels, first, end);
+  });
 }
 
 bool have_headings(std::span<const Run> runs) {
@@ -172,7 +170,7 @@ bool have_innovations(std::span<const Run> runs) {
 
 /// The levels that make the innovations likeliest.
 NoiseLevels levels_by_innovations(std::span<const Run> runs, const Robot& robot, const NoiseEstimate& before,
-                                  const Deviance& restriction) {
+                                  const std::function<Deviance()>& restriction) {
   const NoiseLevels given = noise_levels_of(robot);
   const Deviance deviance = [&](const NoiseLevels& levels) {
     return innovation_deviance(runs, robot, levels) + deviance_from_given(levels, given);
@@ -181,8 +179,9 @@ NoiseLevels levels_by_innovations(std::span<const Run> runs, const Robot& robot,
   levels.reference.position_persistence = levels.reference.heading_persistence = 1.0;
   improve(free_levels(runs, robot), kMostRounds, deviance, levels,
           before.from_runs ? Search::nearby : Search::everywhere);
+  const Deviance restricted = restriction();
   levels.wheel_per_sqrt_m =
-      possible_wheel_noise(levels, [&](const NoiseLevels& at) { return deviance(at) + restriction(at); });
+      possible_wheel_noise(levels, [&](const NoiseLevels& at) { return deviance(at) + restricted(at); });
   return levels;
 }
 
@@ -199,8 +198,8 @@ std::optional<NoiseLevels> levels_by_growth(std::span<const Run> runs, const Rob
   // Of none that positions would have to make up for, the reference's headings have what innovations show.
   reference.heading_rad = growth->reference_sigma > kSmallest
                               ? growth->reference_sigma
-                              : consistent_level(runs, robot, levels, &ReferenceNoise::heading_rad, 2, 3);
-  reference.position_m = consistent_level(runs, robot, levels, &ReferenceNoise::position_m, 0, 2);
+                              : consistent_reference(runs, robot, levels, &ReferenceNoise::heading_rad, 2, 3);
+  reference.position_m = consistent_reference(runs, robot, levels, &ReferenceNoise::position_m, 0, 2);
   return levels;
 }
 
@@ -217,7 +216,7 @@ std::optional<NoiseLevels> levels_by_displacements(std::span<const Run> runs, co
 }  // namespace
 
 NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot, std::span<const Parameter> fitted,
-                             const NoiseEstimate& before, const Deviance& restriction) {
+                             const NoiseEstimate& before, const std::function<Deviance()>& restriction) {
   std::optional<NoiseLevels> levels = levels_by_growth(runs, robot, fitted);
   if (!levels && have_innovations(runs)) levels = levels_by_innovations(runs, robot, before, restriction);
   if (levels)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <span>
 
 #include "trundle/calibration/noise/level_search.hpp"
@@ -12,10 +13,10 @@ namespace trundle::calibration {
 /// how differences of headings grow (growth.hpp, eq. 8); else, with all others, by what makes the innovations
 /// likeliest (eq. 8c). Runs of few epochs: by the likelihood of displacements (learn_noise.hpp, eq. 9 and
 /// 10). docs/theory/calibration-noise.md. `robot` should already be calibrated roughly, by the parameters
-/// `fitted`. What was found `before`, of nearly the same robot, is where it is looked for. `restriction`:
-/// what −2 log of the likelihood of levels grows by when the parameters are integrated over (eq. 8d).
+/// `fitted`. What was found `before`, of nearly the same robot, is where it is looked for. `restriction`
+/// makes what −2 log of the likelihood of levels grows by when the parameters are integrated over (eq. 8d).
 [[nodiscard]] NoiseEstimate estimate_noise(std::span<const Run> runs, const Robot& robot,
                                            std::span<const Parameter> fitted, const NoiseEstimate& before,
-                                           const Deviance& restriction);
+                                           const std::function<Deviance()>& restriction);
 
 }  // namespace trundle::calibration

@@ -19,6 +19,15 @@ double least_log(double low, double high, const std::function<double(double)>& a
   return statistics::minimum_within({std::log(low), std::log(high), kFinestLog}, at);
 }
 
+double consistent_level(double low, double high, int halvings, const std::function<double(double)>& size) {
+  double log_low = std::log(low), log_high = std::log(high);
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = 0.5 * (log_low + log_high);
+    (size(std::exp(middle)) > 1.0 ? log_low : log_high) = middle;
+  }
+  return std::exp(log_high);
+}
+
 void improve(std::span<const FreeLevel> free, int rounds, const Deviance& deviance, NoiseLevels& levels,
              Search first) {
   for (int round = 0; round < rounds; ++round) {

@@ -20,6 +20,11 @@ using Deviance = std::function<double(const NoiseLevels&)>;
 /// The logarithm between those of `low` and `high` at which a function of it is least.
 [[nodiscard]] double least_log(double low, double high, const std::function<double(double)>& at);
 
+/// The level between two at which `size` of residuals, which falls with it, is 1: by so many halvings of what
+/// its logarithm may be; the larger end of what is left.
+[[nodiscard]] double consistent_level(double low, double high, int halvings,
+                                      const std::function<double(double)>& size);
+
 /// Where levels are looked for at first: wherever they may be, or near where they are.
 enum class Search { everywhere, nearby };
 

@@ -5,8 +5,8 @@
 #include <iterator>
 #include <vector>
 
-#include "trundle/calibration/likelihood/chassis_likelihood.hpp"
 #include "trundle/calibration/likelihood/parity_windows.hpp"
+#include "trundle/calibration/noise/level_search.hpp"
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/statistics/distribution.hpp"
 #include "trundle/statistics/median.hpp"
@@ -65,6 +65,8 @@ int blocks_of(const Run& run, double window_s) {
 void add_blocks(const Run& run, const Chassis& least, const Chassis& all, double window_s,
                 const WindowSums* sums, std::vector<Block>& blocks) {
   std::vector<Block> own(static_cast<std::size_t>(blocks_of(run, window_s)));
+  const std::optional<WindowSums> own_sums = sums ? std::nullopt : window_sums(run, all, window_s);
+  if (own_sums) sums = &*own_sums;
   ParityWindows by_least(run, least, least, {}, window_s, sums, false);
   ParityWindows by_all(run, all, all, {}, window_s, sums, false);
   const std::size_t increments = run.readings.increments.size();
@@ -90,15 +92,14 @@ std::optional<ContradictingShare> contradicting_share(const Likelihood& likeliho
   std::vector<Block> blocks;
   for (std::size_t i = 0; i < likelihood.runs().size(); ++i)
     add_blocks(likelihood.runs()[i], least.chassis, all.chassis, window_s,
-               window_s == ChassisLikelihoodOptions{}.window_s ? likelihood.sums_of(i) : nullptr, blocks);
+               window_s == kParityWindow_s ? likelihood.sums_of(i) : nullptr, blocks);
   std::size_t windows = 0;
   for (const Block& block : blocks) windows += block.size();
   if (windows < kFewestWindows) return std::nullopt;
   if (const double size = size_of(blocks, 1.0); size >= 1.0) return ContradictingShare{1.0, size};
-  double low = std::log(kLeastContradictingShare), high = 0.0;
-  for (int i = 0; i < kHalvings; ++i)
-    (size_of(blocks, std::exp(0.5 * (low + high))) > 1.0 ? low : high) = 0.5 * (low + high);
-  return ContradictingShare{std::exp(high), 1.0};
+  return ContradictingShare{consistent_level(kLeastContradictingShare, 1.0, kHalvings,
+                                             [&](double share) { return size_of(blocks, share); }),
+                            1.0};
 }
 
 }  // namespace trundle::calibration

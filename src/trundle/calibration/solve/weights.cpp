@@ -4,7 +4,6 @@
 #include <array>
 #include <vector>
 
-#include "trundle/calibration/likelihood/chassis_likelihood.hpp"
 #include "trundle/calibration/likelihood/relative_likelihood.hpp"
 #include "trundle/calibration/likelihood/restricted_likelihood.hpp"
 #include "trundle/calibration/noise/estimate_noise.hpp"
@@ -13,8 +12,7 @@
 namespace trundle::calibration {
 namespace {
 
-constexpr double kWindow_s = ChassisLikelihoodOptions{}.window_s;  // over which the likelihood sums it
-constexpr std::array kLongerWindows_s = {4.0 * kWindow_s, 16.0 * kWindow_s};
+constexpr std::array kLongerWindows_s = {4.0 * kParityWindow_s, 16.0 * kParityWindow_s};
 
 /// By how many numbers residuals were fitted: of what the reference shows at some levels, and of what the
 /// readings contradict each other by, which is scaled to what it is by whatever levels. Eq. 8d.
@@ -37,7 +35,7 @@ Deviance restriction_by(const Robot& robot, const Likelihood& likelihood) {
 
 void set_noise(const Robot& robot, const NoiseEstimate& noise, Likelihood& likelihood) {
   likelihood.noise = noise;
-  const auto found = contradicting_share(likelihood, robot, kWindow_s).value_or(ContradictingShare{});
+  const auto found = contradicting_share(likelihood, robot, kParityWindow_s).value_or(ContradictingShare{});
   likelihood.contradicting_share = found.share;
   likelihood.redundancy_factor = found.factor;
 }
@@ -45,7 +43,7 @@ void set_noise(const Robot& robot, const NoiseEstimate& noise, Likelihood& likel
 void find_noise(const Robot& robot, Likelihood& likelihood) {
   set_noise(robot,
             estimate_noise(likelihood.runs(), robot, likelihood.problem.parameters, likelihood.noise,
-                           restriction_by(robot, likelihood)),
+                           [&] { return restriction_by(robot, likelihood); }),
             likelihood);
   // Errors that last for several windows (scrubbing, rollers) teach less than the number of windows suggests:
   // summed over longer windows they are larger than independent ones would be.
