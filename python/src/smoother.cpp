@@ -4,6 +4,7 @@
 #include <pybind11/stl.h>
 
 #include "trundle/io/error.hpp"
+#include "trundle/slam/models/metre.hpp"
 #include "trundle/slam/models/systematic_errors.hpp"
 #include "trundle/slam/smoothing/incremental_smoother.hpp"
 #include "trundle/slam/steps.hpp"
@@ -44,7 +45,9 @@ constexpr LandmarkId kFirstUnidentified = 1 << 24;
 class Smoother {
  public:
   Smoother(const RobotFile& robot, const std::optional<StartTuple>& start)
-      : sensor_(sensor_of(robot)), smoother_(sensor_, options_of(robot, start)) {}
+      : sensor_(sensor_of(robot)),
+        metre_{metre_sigma(robot.robot).value_or(0.0), start_of(start).pose.translation()},
+        smoother_(sensor_, options_of(robot, start)) {}
 
   std::vector<SightingReport> step(const Step& step) {
     std::vector<Observation> observations = step.step.observations;
@@ -64,25 +67,29 @@ class Smoother {
     return step_by(moved, observations, {});
   }
 
-  PoseEstimate estimate() const { return smoother_.estimate(); }
+  PoseEstimate estimate() const {
+    PoseEstimate estimate = smoother_.estimate();
+    metre_.add_to(estimate);
+    return estimate;
+  }
 
   /// By name: position and its covariance.
   py::dict landmarks() const {
     py::dict map;
-    for (std::size_t i = 0; i < smoother_.landmarks(); ++i) {
-      if (!smoother_.is_confirmed(i)) continue;
-      const MappedLandmark landmark = smoother_.landmark(i);
+    for (const MappedLandmark& landmark : confirmed())
       map[py::str(name_of(landmark.id))] =
-          py::make_tuple(copied(landmark.position), copied(landmark.covariance));
-    }
+          py::make_tuple(copied(landmark.position),
+                         copied(Matrix2(landmark.covariance + metre_.covariance_at(landmark.position))));
     return map;
   }
 
   Eigen::MatrixXd map_covariance() const {
-    std::vector<std::size_t> confirmed;
+    std::vector<std::size_t> indices;
     for (std::size_t i = 0; i < smoother_.landmarks(); ++i)
-      if (smoother_.is_confirmed(i)) confirmed.push_back(i);
-    return smoother_.map_covariance(confirmed);
+      if (smoother_.is_confirmed(i)) indices.push_back(i);
+    Eigen::MatrixXd covariance = smoother_.map_covariance(indices);
+    metre_.add_to(covariance, confirmed());
+    return covariance;
   }
 
  private:
@@ -98,6 +105,13 @@ class Smoother {
     return {.prior = {.start = start_of(start).pose, .systematic_sigma = systematic.sigma()},
             .has_bias = systematic.has_bias,
             .first_unidentified = kFirstUnidentified};
+  }
+
+  std::vector<MappedLandmark> confirmed() const {
+    std::vector<MappedLandmark> map;
+    for (std::size_t i = 0; i < smoother_.landmarks(); ++i)
+      if (smoother_.is_confirmed(i)) map.push_back(smoother_.landmark(i));
+    return map;
   }
 
   LandmarkId id_of(const std::string& name) {
@@ -122,6 +136,7 @@ class Smoother {
   }
 
   LandmarkSensor sensor_;
+  Metre metre_;
   slam::IncrementalSmoother smoother_;
   std::map<std::string, LandmarkId> ids_;
   std::vector<std::string> names_;

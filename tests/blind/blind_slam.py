@@ -6,8 +6,8 @@ Simulates robots among landmarks from what docs/ says of wheels, gyros and landm
 program's own code, runs the program on the recordings, and compares its errors with the covariances that it states of them.
 
 A draw is a world of its own: chassis, rates, resolutions, noises, motions and landmarks. Each check takes one NEES of each draw,
-eᵀ P⁻¹ e of the last pose (3 degrees of freedom), of the whole map with the covariance of all its landmarks together (2 for each)
-or of all parameters, so what errs together within a draw counts once. Draws are independent: where covariances are right the sum of
+eᵀ P⁻¹ e of the last pose (3 degrees of freedom), of the whole map with the covariance of all its landmarks together (2 for each),
+of all parameters or of a clock, so what errs together within a draw counts once. Draws are independent: where covariances are right the sum of
 their NEES has the χ² distribution with the sum of their degrees of freedom, and a check fails where it is outside of that
 distribution's quantiles at 0.05 % and 99.95 %. Seeds are fixed. With --sigma-stated 0.5 the robot files claim half of the landmark
 sensor's noise, and checks must fail.
@@ -72,6 +72,7 @@ class Robot:
         self.range_m, self.view_rad = rng.choice([6.0, 9.0]), math.radians(rng.choice([200, 360]))
         self.speed_m_s, self.rest_s = rng.uniform(0.3, 0.8), rng.choice([0.0, 3.0])
         self.wear = 1 + worn * rng.normal(size=3) * [0.02, 0.02, 0.05]  # left, right wheel and track, as shares of those in its file
+        self.metre = 1 + 0.02 * rng.normal() if worn else 1.0  # what ranges are too long by: 2 % as sensors come
 
     def file(self, sigma_stated: float) -> str:
         """robot.toml, which claims `sigma_stated` of the landmark sensor's noise."""
@@ -116,8 +117,8 @@ def write(file: Path, columns: dict[str, Array]) -> None:
     np.savetxt(file, np.column_stack(list(columns.values())), fmt="%.9g", delimiter=",", header=",".join(columns), comments="")
 
 
-def record(folder: Path, robot: Robot, drive: Drive, landmarks: Array, rng: np.random.Generator, sigma_stated: float) -> None:
-    """What wheels, gyro and landmark sensor say of a drive, as a recording with its robot file."""
+def record(folder: Path, robot: Robot, drive: Drive, landmarks: Array, rng: np.random.Generator, sigma_stated: float, late_s: float = 0.0) -> None:
+    """What wheels, gyro and landmark sensor say of a drive, as a recording with its robot file; the sensor's stamps are late."""
     folder.mkdir()
     (folder / "robot.toml").write_text(robot.file(sigma_stated))
     count = len(drive.motions)
@@ -143,7 +144,7 @@ def record(folder: Path, robot: Robot, drive: Drive, landmarks: Array, rng: np.r
         for i, line in enumerate(rotated(landmarks - pose[:2], -pose[2]) - SENSOR_M):
             true = np.array([math.hypot(*line), math.atan2(line[1], line[0])])
             if 0.4 < true[0] < robot.range_m and abs(true[1]) < robot.view_rad / 2 and rng.random() < 0.9:
-                sightings.append([time_s, i, *(true + robot.sigmas * rng.normal(size=2))])
+                sightings.append([time_s + late_s, i, *(true * [robot.metre, 1] + robot.sigmas * rng.normal(size=2))])
     write(folder / "sightings.csv", dict(zip(["time_s", "landmark", "range_m", "bearing_rad"], np.array(sightings).T)))
 
 
@@ -190,7 +191,7 @@ def parameters(file: Path, robot: Robot) -> Nees:
     error = {p["name"]: p["value"] - p["nominal"] * shares[p["name"]] for p in found["parameters"] if p["name"] in shares}
     names = found["correlation"]["names"]
     kept = [i for i, name in enumerate(names) if name in error]
-    return normalised(np.array([error[names[i]] for i in kept]), np.array(found["correlation"]["covariance_within"])[np.ix_(kept, kept)])
+    return normalised(np.array([error[names[i]] for i in kept]), np.array(found["correlation"]["covariance_total"])[np.ix_(kept, kept)])
 
 
 class Checks:
@@ -239,14 +240,30 @@ class Checks:
             self.add("merge: map", whole_map(folder / "merged", landmarks))
 
     def calibration(self, folder: Path, seed: int) -> None:
-        """Two drives of a robot whose wheels are not what its file says."""
+        """Three drives of a robot of which neither wheels nor ranges are what its file says; the last with what the others show."""
         rng = np.random.default_rng(seed)
         robot = Robot(rng, "differential", worn=True)
-        for name in "ab":
+        for name in "abc":
             drive = Drive(robot, rng, 60, np.zeros(3))
-            record(folder / name, robot, drive, scattered(rng, drive, 15), rng, self.sigma_stated)
+            landmarks = scattered(rng, drive, 15)
+            record(folder / name, robot, drive, landmarks, rng, self.sigma_stated)
         if self.run("calibrate", folder / "a", folder / "b", "--landmarks", "--robot", folder / "a" / "robot.toml", "-o", folder / "calibrated.toml"):
             self.add("calibrate --landmarks: parameters", parameters(folder / "calibration.json", robot))
+            for name, options in {"smoother": ["--smooth"], "ekf": ["--filter", "ekf"]}.items():
+                if self.run("slam", folder / "c", "--robot", folder / "calibrated.toml", *options, "-o", folder / name):
+                    self.add(f"slam, calibrated, {name}: last pose", last_pose(folder / name / "trajectory.csv", drive))
+                    self.add(f"slam, calibrated, {name}: map", whole_map(folder / name, landmarks))
+
+    def clock(self, folder: Path, seed: int) -> None:
+        """A drive of worn wheels, with a landmark sensor that has a clock of its own; where that is told."""
+        rng = np.random.default_rng(seed)
+        robot, late_s = Robot(rng, ["differential", "omni", "car"][seed % 3], worn=True), rng.choice([0.0, rng.uniform(-0.3, 0.3)])
+        drive = Drive(robot, rng, 60, np.zeros(3))
+        record(folder / "a", robot, drive, scattered(rng, drive, 15), rng, self.sigma_stated, late_s)
+        command = [self.program, "info", folder / "a", "--robot", folder / "a" / "robot.toml", "--json"]
+        said = json.loads(subprocess.run(command, capture_output=True, text=True, check=False).stdout)
+        if found := said["landmark_sensor_time_offset"]:
+            self.add("info: clock of the landmark sensor", (((found["time_offset_s"] + late_s) / found["sigma_s"]) ** 2, 1))
 
     def failures(self) -> list[str]:
         failed = list(self.refused)
@@ -282,10 +299,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="Compares errors with the covariances that are stated of them.")
     parser.add_argument("program")
     parser.add_argument("--sigma-stated", type=float, default=1.0, help="share of the landmark sensor's noise that robot files claim")
-    parser.add_argument("--draws", type=int, default=24, help="worlds; calibrations are a third as many")
+    parser.add_argument("--draws", type=int, default=24, help="worlds; calibrations are a third as many, clocks twice")
     options = parser.parse_args()
     checks = Checks(options.program, options.sigma_stated)
-    return judged(checks, {checks.draw: range(options.draws), checks.calibration: range(1000, 1000 + options.draws // 3)})
+    return judged(checks, {checks.draw: range(options.draws), checks.calibration: range(1000, 1000 + options.draws // 3),
+                           checks.clock: range(2000, 2000 + 2 * options.draws)})
 
 
 if __name__ == "__main__":

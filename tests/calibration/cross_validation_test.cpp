@@ -31,7 +31,7 @@ TEST(CrossValidation, WhatIsRightHoldsBeyondTheRuns) {
   EXPECT_EQ(validated.validation->parts, runs.size());
   EXPECT_FALSE(validated.validation->of_halves);
   EXPECT_LT(validated.validation->calibrated_m, 0.2 * validated.validation->given_m);
-  EXPECT_TRUE(validated.refused.empty());
+  EXPECT_TRUE(validated.refused.parameters.empty());
 }
 
 TEST(CrossValidation, OfOneRunEachHalfIsJudgedByTheOther) {
@@ -81,7 +81,7 @@ TEST(CrossValidation, WhatOnlyOneRunSaysIsRefusedAndNamed) {
   for (const Recording& recording : recordings)
     runs.push_back(prepare_run(recording, nominal_differential()));
   const ValidatedEstimate validated = estimate_what_holds(problem_of(runs, nominal_differential()));
-  EXPECT_FALSE(validated.refused.empty());
+  EXPECT_FALSE(validated.refused.parameters.empty());
   ASSERT_TRUE(validated.before);
   EXPECT_TRUE(validated.before->is_worse());
   EXPECT_TRUE(!validated.validation || !validated.validation->is_worse());

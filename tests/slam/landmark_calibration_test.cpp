@@ -113,6 +113,36 @@ TEST(LandmarkCalibration, RecoversTheTrueRobotWithinItsOwnIntervals) {
   honesty.expect_honest();
 }
 
+// Of a sensor that reads 1 % too long all that is found is another one: its sigmas allow for 2 % of that.
+TEST(LandmarkCalibration, WhatTheScaleOfRangesMayBeOffByIsInTheSigmas) {
+  const Recording recording = recorded(scenario_of(true_robot(1), tour(40.0, 1), 1));
+  const CalibrateOptions known{.fix = {"sensor.range_scale"}};
+  const auto calibrated_with = [&](double scale, const CalibrateOptions& options) {
+    Robot robot = nominal_robot();
+    robot.landmark_sensor->range_scale = scale;
+    return calibrate_from_landmarks({&recording, 1}, {}, robot, options);
+  };
+  const CalibrationResult open = calibrated_with(1.0, {}), as_read = calibrated_with(1.0, known),
+                          shorter = calibrated_with(0.99, known), longer = calibrated_with(1.01, known);
+  const CalibrationRecord& record = *open.calibrated.calibration;
+  ASSERT_EQ(record.parameters.back().name, "sensor.range_scale");
+  EXPECT_FALSE(record.parameters.back().observable);
+  const Eigen::Index scale = record.covariance.rows() - 1;
+  EXPECT_NEAR(std::sqrt(record.covariance(scale, scale)), 0.02, 1e-12);
+  ASSERT_EQ(std::ssize(open.parameters), scale);
+  for (Eigen::Index j = 0; j < scale; ++j) {
+    const ParameterEstimate& e = open.parameters[static_cast<std::size_t>(j)];
+    const ParameterEstimate& exact = of(as_read, e.parameter);
+    EXPECT_EQ(e.value, exact.value) << e.name;
+    EXPECT_EQ(e.sigma_within, exact.sigma_within) << e.name;
+    EXPECT_EQ(exact.sigma_total, exact.sigma_within) << e.name;
+    const double by_scale = (of(longer, e.parameter).value - of(shorter, e.parameter).value) / 0.02;
+    EXPECT_NEAR(record.covariance(j, scale), 4e-4 * by_scale, 4e-4 * 0.02 * std::abs(e.value)) << e.name;
+    EXPECT_NEAR(e.sigma_total, std::hypot(e.sigma_within, 0.02 * by_scale), 0.03 * e.sigma_total) << e.name;
+  }
+  EXPECT_EQ(as_read.calibrated.calibration->covariance.rows(), scale);
+}
+
 TEST(LandmarkCalibration, FindsScaleAndBiasOfTheGyroToo) {
   Scenario scenario = scenario_of(true_robot(1), tour(40.0, 1), 1);
   scenario.nominal.chassis.gyro = scenario.truth.chassis.gyro = Gyro{};

@@ -97,29 +97,16 @@ void require_something_holds(const ValidatedEstimate& validated, const Robot& no
   throw CannotAnswer(fmt::format(
       "what these runs say does not hold beyond them ({}): they do not determine {}. Are the references "
       "coarse, are clocks off, or did wheels slip? Drive longer, or more runs",
-      validated.before->words(), names_of(validated.refused, nominal)));
-}
-
-/// What stays as given may be wrong, and has taken along what was estimated beside it.
-void record_refused(const ValidatedEstimate& validated, CalibrationResult& result) {
-  CalibrationRecord& record = *result.calibrated.calibration;
-  for (const Parameter& parameter : validated.refused)
-    record.parameters.push_back({.name = name_of(parameter, result.nominal),
-                                 .unit = std::string(unit_of(parameter)),
-                                 .value = value_of(parameter, result.calibrated),
-                                 .nominal = value_of(parameter, result.nominal)});
-  const Eigen::MatrixXd &estimated = record.covariance, &cross = validated.cross_covariance;
-  Eigen::MatrixXd all(estimated.rows() + cross.cols(), estimated.cols() + cross.cols());
-  all << estimated, cross, cross.transpose(), validated.refused_covariance;
-  record.covariance = std::move(all);
+      validated.before->words(), names_of(validated.refused.parameters, nominal)));
 }
 
 /// What of the parameters holds beyond the runs that they were learned from.
 void add_validation(const ValidatedEstimate& validated, const Robot& nominal, CalibrationResult& result) {
-  if (!validated.refused.empty()) {
-    record_refused(validated, result);
+  if (!validated.refused.parameters.empty()) {
+    record(validated.refused, result);
     result.warnings.push_back(fmt::format("{} stays as given: with it, {}",
-                                          names_of(validated.refused, nominal), validated.before->words()));
+                                          names_of(validated.refused.parameters, nominal),
+                                          validated.before->words()));
   }
   if (!validated.validation) return;
   result.cross_validation = validated.validation;

@@ -33,6 +33,7 @@ LiveSlam::LiveSlam(const Robot& robot, const Pose2& start, const LiveSlamOptions
     : late_s_(options.late_s),
       sensor_clock_s_(robot.landmark_sensor->time_offset_s),
       cutter_(robot, {.hide_ids = options.unknown_ids}),
+      metre_{metre_sigma(robot).value_or(0.0), start.translation()},
       filter_(*robot.landmark_sensor, slam_options(cutter_, start, options.window_s)) {}
 
 void LiveSlam::require_timely(double stamp_s, std::string_view place) const {
@@ -118,13 +119,16 @@ std::optional<LiveSlamPose> LiveSlam::estimate() const {
   return slam_pose(filter_.estimate_after(ahead.so_far()));
 }
 
-LiveSlamPose LiveSlam::slam_pose(const PoseEstimate& estimate) const {
+LiveSlamPose LiveSlam::slam_pose(PoseEstimate estimate) const {
+  metre_.add_to(estimate);
   return {estimate.pose, estimate.covariance, filter_.landmarks()};
 }
 
 std::vector<LandmarkRow> LiveSlam::map() const {
   std::vector<LandmarkRow> rows;
-  for (const MappedLandmark& landmark : map_with(filter_.map_covariance(), filter_))
+  std::vector<MappedLandmark> map = map_with(filter_.map_covariance(), filter_);
+  metre_.add_to(map);
+  for (const MappedLandmark& landmark : map)
     rows.push_back({.name = name_of(landmark.id),
                     .position = landmark.position,
                     .covariance = landmark.covariance,

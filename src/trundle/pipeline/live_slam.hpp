@@ -8,6 +8,7 @@
 #include "trundle/odometry/persist.hpp"
 #include "trundle/pipeline/live_line.hpp"
 #include "trundle/recording/alignment/aligner.hpp"
+#include "trundle/slam/models/metre.hpp"
 #include "trundle/slam/slam.hpp"
 #include "trundle/slam/step_cutter.hpp"
 
@@ -67,12 +68,13 @@ class LiveSlam {
   [[nodiscard]] bool is_complete(const Interval& interval, double newest_s) const;
   void count(const Interval& interval, std::vector<LiveSighted>& sighted);
   void count_steps(std::vector<LiveSighted>& sighted);
-  [[nodiscard]] LiveSlamPose slam_pose(const PoseEstimate& estimate) const;
+  [[nodiscard]] LiveSlamPose slam_pose(PoseEstimate estimate) const;
   [[nodiscard]] std::string name_of(LandmarkId id) const;
 
   double late_s_;
   double sensor_clock_s_;  ///< added to its stamps
   StepCutter cutter_;
+  Metre metre_;
   SlamFilter filter_;
   std::vector<Interval> waiting_;  ///< sightings within them may come yet
   bool started_ = false;           ///< the cutter has

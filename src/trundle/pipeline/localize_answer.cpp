@@ -93,7 +93,7 @@ LocalizeAnswer answer_localize(const Recording& recording, const RobotFile& robo
                                const LocalizeQuestion& question, const SlipAnswer* slip_found) {
   LocalizeAnswer answer;
   answer.provenance = provenance_of(recording, robot, map, question);
-  SlamInputOptions input_options{.hide_ids = question.unknown_ids};
+  SlamInputOptions input_options{.hide_ids = question.unknown_ids, .lengths = LengthsIn::true_metre};
   for (const MapLandmark& landmark : map.landmarks) input_options.names.push_back(landmark.name);
   const AlignedReadings readings =
       corrected_readings(recording, robot, question.slip, slip_found, answer.provenance);

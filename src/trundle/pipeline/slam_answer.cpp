@@ -12,6 +12,7 @@
 #include "trundle/pipeline/sound.hpp"
 #include "trundle/slam/consistency_checks.hpp"
 #include "trundle/slam/map_file.hpp"
+#include "trundle/slam/models/metre.hpp"
 #include "trundle/slam/smoothing/many_starts.hpp"
 
 namespace trundle::pipeline {
@@ -39,6 +40,25 @@ std::string settings_of(const RobotFile& robot, SlamQuestion question, const Sla
     text += fmt::format("\n{}={}", name, value);
   if (input.has_unidentified()) text += fmt::format("\nnames={}", input.landmarks.size());
   return text + fmt::format("\nseed={}", question.seed);
+}
+
+/// To all that is said to be known of places.
+void add_metre(const Metre& metre, SlamAnswer& answer) {
+  SlamResult& online = answer.result;
+  metre.add_to(online.online);
+  metre.add_to(online.last);
+  metre.add_to(online.map_covariance, online.map);
+  metre.add_to(online.map);
+  metre.add_to(online.tentative);
+  for (Snapshot& snapshot : online.growth) {
+    metre.add_to(snapshot.map);
+    snapshot.covariance.topLeftCorner<2, 2>() += metre.covariance_at(snapshot.pose.translation());
+  }
+  if (!answer.smoothed) return;
+  metre.add_to(answer.smoothed->trajectory);
+  metre.add_to(answer.smoothed->last);
+  metre.add_to(answer.smoothed->map_covariance, answer.smoothed->map);
+  metre.add_to(answer.smoothed->map);
 }
 
 }  // namespace
@@ -128,6 +148,8 @@ SlamAnswer finished_slam(const Recording& recording, const RobotFile& robot, con
   std::ranges::move(
       consistency_checks(answer.input, answer.result, answer.smoothed ? &*answer.smoothed : nullptr),
       std::back_inserter(answer.inconsistencies));
+  answer.metre_sigma = metre_sigma(robot.robot).value_or(0.0);
+  add_metre({answer.metre_sigma, question.start.translation()}, answer);
   require_sound(answer.result.online, recording.name);
   if (answer.smoothed) require_sound(answer.smoothed->trajectory, recording.name);
   require_sound(answer.map(), recording.name);

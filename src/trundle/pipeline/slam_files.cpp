@@ -167,6 +167,7 @@ Json document_of(const SlamAnswer& answer) {
   }
   if (answer.result.path) document["path"] = "whole path of the best particle";
   document["systematic_errors"] = systematic_json(answer.input.systematic, answer.last());
+  if (answer.metre_sigma > 0.0) document["metre_sigma"] = answer.metre_sigma;
   if (knows_bias(answer)) {
     document["gyro_bias"] = bias_of(answer);
     document["gyro_bias_over_time"] = to_json(bias_over_time(answer));

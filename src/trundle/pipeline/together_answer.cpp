@@ -8,14 +8,16 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "trundle/chassis/usual_parameters.hpp"
+#include "trundle/geometry/squared.hpp"
 #include "trundle/io/error.hpp"
-#include "trundle/odometry/uncertain.hpp"
 #include "trundle/pipeline/sound.hpp"
 #include "trundle/recording/landmark_file.hpp"
 #include "trundle/recording/trajectory_file.hpp"
 #include "trundle/report/json_text.hpp"
 #include "trundle/slam/consistency_checks.hpp"
 #include "trundle/slam/map_file.hpp"
+#include "trundle/slam/models/metre.hpp"
 
 namespace trundle::pipeline {
 namespace {
@@ -151,10 +153,26 @@ Alone alone(const TeamRobot& one, const SlamQuestion& question) {
           .inconsistencies = std::move(answer.inconsistencies)};
 }
 
-/// As well as its sensor's ranges are known in proportion.
+/// As well as its sensor's ranges are known in proportion, without a calibration as they come.
 double metre_sigma_of(const Robot& robot) {
-  const Parameter scale{ParameterKind::sensor_range_scale, -1};
-  return std::sqrt(odometry::with_usual_parameters({scale}, robot).covariance(0, 0));
+  return metre_sigma(robot).value_or(prior_sigma({ParameterKind::sensor_range_scale, -1}, robot));
+}
+
+/// 1σ of what all metres are off by in common, where calibrations say it of each. docs/theory/together.md,
+/// eq. 27b.
+double metre_sigma_in_common(const std::vector<TeamRobot>& team) {
+  double information = 0.0;
+  for (const TeamRobot& one : team) information += 1.0 / squared(metre_sigma(one.robot.robot).value_or(0.0));
+  return 1.0 / std::sqrt(information);
+}
+
+void add_metre(const Metre& metre, JointSlam& joint) {
+  for (RobotEstimate& robot : joint.robots) {
+    metre.add_to(robot.trajectory);
+    metre.add_to(robot.last);
+  }
+  metre.add_to(joint.map_covariance, joint.map);
+  metre.add_to(joint.map);
 }
 
 /// The step at a stamp that the odometry was cut at.
@@ -273,6 +291,7 @@ TogetherAnswer answer_together(std::vector<TeamRobot> team, const SlamQuestion& 
     finding.place = "all robots";
     answer.inconsistencies.push_back(std::move(finding));
   }
+  add_metre({metre_sigma_in_common(team), question.start.translation()}, answer.joint);
   for (std::size_t i = 0; i < team.size(); ++i)
     require_sound(answer.joint.robots[i].trajectory, answer.names[i]);
   require_sound(answer.joint.map, "the map of all robots");

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kFewestWindows = 20;  // so many unrelated ones correlate by 0.5 in 1 of 40 cases
 constexpr double kLargestResidual = 4.0;    // robust sigmas: beyond, a wheel slips
-constexpr Eigen::Index kLags = 10;          // windows over which residuals may hang together
+constexpr Eigen::Index kLags = 10;          // times over which residuals may hang together
 constexpr double kFinest_s = 2e-5;          // of the search: far below the sigma of any log
 
 using Vector = Eigen::VectorXd;
@@ -54,6 +54,17 @@ Regression regress(const Vector& fixed, const Matrix& moved, const Vector& durat
   const double norms = w.norm() * o.norm();
   result.correlation = norms > 0.0 ? w.dot(o) / norms : 0.0;
   return result;
+}
+
+/// Sums over the windows of each time.
+Vector summed_by(const std::vector<std::int64_t>& times, const Vector& values) {
+  Vector sums(values.size());
+  Eigen::Index n = 0;
+  for (std::size_t w = 0; w < times.size(); ++w) {
+    if (w == 0 || times[w] != times[w - 1]) sums[n++] = 0.0;
+    sums[n - 1] += values[static_cast<Eigen::Index>(w)];
+  }
+  return sums.head(n);
 }
 
 /// Of a channel against the first one, by their noise.
@@ -112,6 +123,8 @@ Comparison Comparer::at(double offset_s) {
   for (std::size_t c = 0; c < others.size(); ++c)
     comparison.channels.push_back(
         regress(used_of(clocks_.fixed[c], clocks_.used), used_of(others[c], clocks_.used), duration_s));
+  for (std::size_t w = 0; w < clocks_.times.size(); ++w)
+    if (clocks_.used[w]) comparison.times.push_back(clocks_.times[w]);
   return comparison;
 }
 
@@ -145,7 +158,7 @@ bool Comparer::is_clearly_better(double offset_s, double other_s) {
   }
   const double sum = gain.sum();
   const Vector scatter = gain.array() - sum / static_cast<double>(gain.size());
-  return sum > kSignificant * std::sqrt(variance_of_sum(scatter));
+  return sum > kSignificant * std::sqrt(variance_of_sum(scatter, here.times));
 }
 
 bool Comparer::is_clearly_not(double special_s, double offset_s) {
@@ -161,7 +174,7 @@ bool Comparer::is_clearly_not(double special_s, double offset_s) {
         (there.channels[c].residual.squaredNorm() - residual.squaredNorm()) / here.channels[c].mean_square();
     by_noise += 2.0 / here.channels[c].mean_square() * residual.cwiseProduct(change);
   }
-  return gain > kSignificant * std::sqrt(variance_of_sum(by_noise));
+  return gain > kSignificant * std::sqrt(variance_of_sum(by_noise, here.times));
 }
 
 double search_from(Comparer& compare, double centre_s, double largest_s, double step_s) {
@@ -193,7 +206,8 @@ bool speak_of_one_motion(const Comparison& comparison, const OffsetSearch& searc
 }
 
 // At least a quarter of what it were if values did not hang together.
-double variance_of_sum(const Vector& values) {
+double variance_of_sum(const Vector& of_windows, const std::vector<std::int64_t>& times) {
+  const Vector values = times.empty() ? of_windows : summed_by(times, of_windows);
   const double own = values.squaredNorm();
   double variance = own;
   for (Eigen::Index lag = 1; lag <= std::min(kLags, values.size() - 1); ++lag)
@@ -242,7 +256,8 @@ double Change::information() const {
 double sigma_of(const Change& change) {
   if (!change.is_of_same_windows()) return INFINITY;
   const double information = change.information();
-  return information > 0.0 ? std::sqrt(variance_of_sum(change.score())) / information : INFINITY;
+  return information > 0.0 ? std::sqrt(variance_of_sum(change.score(), change.here.times)) / information
+                           : INFINITY;
 }
 
 }  // namespace trundle::recording

@@ -73,4 +73,36 @@ std::optional<MotionPath> motion_path(const Trajectory& world_from_body, double 
   return path;
 }
 
+MotionPath smoothed(const MotionPath& path, double over_s) {
+  if (over_s <= 0.0) return path;
+  const std::vector<double>& t = path.time_s;
+  // What the twists sum up to at each time, and its integral: a mean over a stretch is a difference of that.
+  std::vector<Vector3> sum{Vector3::Zero()}, integral{Vector3::Zero()};
+  for (std::size_t i = 0; i + 1 < t.size(); ++i) {
+    sum.push_back(sum.back() + path.twists[i].vector());
+    integral.push_back(integral.back() + 0.5 * (t[i + 1] - t[i]) * (sum[i] + sum[i + 1]));
+  }
+  const auto integral_to = [&](double time) -> Vector3 {
+    const std::size_t i = std::min(interval_at(t, time), t.size() - 2);
+    const double ahead_s = time - t[i];
+    return integral[i] + ahead_s * sum[i] +
+           0.5 * ahead_s * ahead_s / (t[i + 1] - t[i]) * path.twists[i].vector();
+  };
+  const auto mean_at = [&](double time) -> Vector3 {
+    const double half_s =
+        std::min({0.5 * over_s, time - t.front(), t.back() - time});  // as long on both sides
+    if (!(half_s > 0.0)) return time <= t.front() ? sum.front() : sum.back();
+    return (integral_to(time + half_s) - integral_to(time - half_s)) / (2.0 * half_s);
+  };
+  MotionPath smooth{.time_s = t, .poses = {path.poses.front()}, .twists = {}, .bridged = path.bridged};
+  Vector3 before = mean_at(t.front());
+  for (std::size_t i = 1; i < t.size(); ++i) {
+    const Vector3 now = mean_at(t[i]);
+    smooth.twists.push_back(Twist2::from(now - before));
+    smooth.poses.push_back(smooth.poses.back() * exp(smooth.twists.back()));
+    before = now;
+  }
+  return smooth;
+}
+
 }  // namespace trundle::recording

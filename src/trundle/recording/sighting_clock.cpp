@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <vector>
@@ -17,6 +18,10 @@ using Vector = Eigen::VectorXd;
 
 // Between two sightings of one landmark that are compared, at most so many windows.
 constexpr double kWindowsApart = 5.0;
+// What the motion may be smoothed over [s]. Noise of wheels moves with the offset, and where it is most of
+// what changes from window to window the least squares are where there is less of it by chance. Bearings know
+// nothing of that noise: smoothing is right as long as it leaves less of them.
+constexpr std::array kSmoothedOver_s = {0.0, 0.5, 1.0, 2.0};
 
 /// One landmark seen twice.
 struct Pair {
@@ -65,9 +70,10 @@ double bearing_change(const Pair& pair, const MotionPath& path, const Pose2& bod
 
 std::optional<ClockComparison> sighting_clocks(const std::vector<Sighting>& sightings,
                                                const AlignedReadings& readings, const Robot& robot,
-                                               const TimeOffsetOptions& options) {
+                                               const TimeOffsetOptions& options, double smoothed_over_s) {
   std::optional<MotionPath> path = motion_path(readings, robot);
   if (!robot.landmark_sensor || !path) return std::nullopt;
+  path = smoothed(*path, smoothed_over_s);
   std::vector<Pair> pairs = pairs_of(sightings, options.window_s);
   if (pairs.empty()) return std::nullopt;
   const auto n = static_cast<Eigen::Index>(pairs.size());
@@ -80,6 +86,7 @@ std::optional<ClockComparison> sighting_clocks(const std::vector<Sighting>& sigh
     const Pair& pair = pairs[static_cast<std::size_t>(i)];
     clocks.fixed[0][i] = wrap_angle(pair.second->bearing_rad - pair.first->bearing_rad);
     clocks.duration_s[i] = pair.duration_s();
+    clocks.times.push_back(static_cast<std::int64_t>(std::floor(pair.first->time_s / options.window_s)));
     durations.push_back(pair.duration_s());
   }
   comparison.search = {.given_s = robot.landmark_sensor->time_offset_s,
@@ -105,8 +112,20 @@ std::optional<ClockComparison> sighting_clocks(const std::vector<Sighting>& sigh
 std::optional<TimeOffset> sighting_time_offset(const std::vector<Sighting>& sightings,
                                                const AlignedReadings& readings, const Robot& robot,
                                                const TimeOffsetOptions& options) {
-  std::optional<ClockComparison> comparison = sighting_clocks(sightings, readings, robot, options);
-  return comparison ? find_offset(*std::move(comparison)) : std::nullopt;
+  std::optional<ClockComparison> best;
+  double least = INFINITY;
+  for (const double over_s : kSmoothedOver_s) {
+    std::optional<ClockComparison> comparison = sighting_clocks(sightings, readings, robot, options, over_s);
+    if (!comparison) return std::nullopt;
+    const OffsetSearch& search = comparison->search;
+    Comparer compare(comparison->clocks);
+    const double step_s = std::max(search.step_s, 0.25 * over_s);
+    const double left = compare.at(search_from(compare, search.given_s, search.largest_s, step_s)).misfit();
+    if (left >= least) continue;
+    least = left;
+    best = std::move(comparison);
+  }
+  return best ? find_offset(*std::move(best)) : std::nullopt;
 }
 
 }  // namespace trundle::recording

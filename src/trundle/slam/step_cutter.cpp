@@ -58,7 +58,7 @@ LandmarkId StepCutter::Names::id_of(const std::string& name) {
 StepCutter::StepCutter(const Robot& robot, const SlamInputOptions& options)
     : options_(options),
       sensor_(*robot.landmark_sensor),
-      systematic_(systematic_errors_of(robot, options.shares)),
+      systematic_(systematic_errors_of(robot, options.shares, options.lengths)),
       motion_(robot, options, systematic_) {
   for (const std::string& name : options.names) names_.id_of(name);
 }

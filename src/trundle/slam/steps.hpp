@@ -69,6 +69,7 @@ struct SlamInputOptions {
   bool with_scatter = false;                     ///< likewise: also ReadingErrors::scatter
   std::vector<double> also_at_s = {};            ///< on the odometry's clock, in order: where a step ends too
   bool shares = false;  ///< motions by shares of travel and turning, whatever the calibration left open
+  LengthsIn lengths = LengthsIn::sensor_metre;
 };
 
 /// Cuts the recording's increments at the stamps of its sightings (time_offset_s of the landmark sensor

@@ -216,4 +216,11 @@ Eigen::MatrixXd taken_along(std::span<const Parameter> given, const CalibrationP
          information.topRightCorner(n, all.size() - n);
 }
 
+GivenParameters given_beside(std::span<const Parameter> given, const Eigen::MatrixXd& covariance,
+                             const Eigen::MatrixXd& D, Estimate& estimate) {
+  GivenParameters result{{given.begin(), given.end()}, covariance, D * covariance};
+  estimate.held_covariance += result.cross_covariance * D.transpose();
+  return result;
+}
+
 }  // namespace trundle::calibration

@@ -42,4 +42,18 @@ struct Estimate {
 [[nodiscard]] Eigen::MatrixXd taken_along(std::span<const Parameter> given, const CalibrationProblem& problem,
                                           const Estimate& estimate);
 
+/// Parameters that stay as given and may be wrong, and have taken along what was estimated beside them, in
+/// their own units. docs/theory/calibration-uncertainty.md, eq. 16.
+struct GivenParameters {
+  std::vector<Parameter> parameters = {};
+  Eigen::MatrixXd covariance = {};        ///< of their errors
+  Eigen::MatrixXd cross_covariance = {};  ///< with what was estimated: its rows, their columns
+};
+
+/// Those whose errors have this covariance; what D (taken_along()) makes of them goes into the estimate's
+/// held_covariance.
+[[nodiscard]] GivenParameters given_beside(std::span<const Parameter> given,
+                                           const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& D,
+                                           Estimate& estimate);
+
 }  // namespace trundle::calibration

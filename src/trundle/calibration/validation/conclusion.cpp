@@ -286,6 +286,19 @@ CalibrationResult result_of(const Estimate& estimate, const SessionSpread& sprea
   return result;
 }
 
+void record(const GivenParameters& given, CalibrationResult& result) {
+  CalibrationRecord& record = *result.calibrated.calibration;
+  for (const Parameter& parameter : given.parameters)
+    record.parameters.push_back({.name = name_of(parameter, result.nominal),
+                                 .unit = std::string(unit_of(parameter)),
+                                 .value = value_of(parameter, result.calibrated),
+                                 .nominal = value_of(parameter, result.nominal)});
+  const Eigen::MatrixXd &estimated = record.covariance, &cross = given.cross_covariance;
+  Eigen::MatrixXd all(estimated.rows() + cross.cols(), estimated.cols() + cross.cols());
+  all << estimated, cross, cross.transpose(), given.covariance;
+  record.covariance = std::move(all);
+}
+
 void note(const std::string& words, CalibrationResult& result) {
   result.notes.push_back(words);
   result.calibrated.calibration->provenance.push_back(words);

@@ -21,6 +21,9 @@ void require_something_estimated(const Estimate& estimate, std::span<const Param
 CalibrationResult result_of(const Estimate& estimate, const SessionSpread& spread,
                             std::span<const Parameter> parameters, const Robot& nominal);
 
+/// Into the result's record, behind what was estimated.
+void record(const GivenParameters& given, CalibrationResult& result);
+
 /// Notes something, in the result and in its robot file.
 void note(const std::string& words, CalibrationResult& result);
 

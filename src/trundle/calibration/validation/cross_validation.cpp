@@ -148,7 +148,7 @@ ValidatedEstimate without(const Parameter& left_out, const ValidatedEstimate& fo
                            .refused = found.refused,
                            .validation = CrossValidation{},
                            .before = found.before};
-  result.refused.push_back(left_out);
+  result.refused.parameters.push_back(left_out);
   if (fewer.parameters.empty()) return result;
   result.estimate = estimate_parameters(fewer);
   result.validation = cross_validate(fewer, result.estimate);
@@ -179,11 +179,10 @@ void count_refused(const CalibrationProblem& problem, const Eigen::MatrixXd& err
                    ValidatedEstimate& found) {
   CalibrationProblem held = problem;
   held.parameters = found.parameters;
-  const std::vector<Eigen::Index> refused = indices_of(found.refused, problem.parameters);
-  const Eigen::MatrixXd D = taken_along(found.refused, held, found.estimate);
-  found.refused_covariance = error(refused, refused);
-  found.cross_covariance = D * found.refused_covariance;
-  found.estimate.held_covariance += found.cross_covariance * D.transpose();
+  const std::vector<Parameter> refused = found.refused.parameters;
+  const std::vector<Eigen::Index> rows = indices_of(refused, problem.parameters);
+  const Eigen::MatrixXd D = taken_along(refused, held, found.estimate);
+  found.refused = given_beside(refused, error(rows, rows), D, found.estimate);
 }
 
 }  // namespace
@@ -233,7 +232,7 @@ ValidatedEstimate estimate_what_holds(const CalibrationProblem& problem) {
     }
     best = best_without_one(candidates, best, problem);
   }
-  if (best.refused.empty())
+  if (best.refused.parameters.empty())
     best.before.reset();
   else if (!best.parameters.empty())
     count_refused(problem, error, best);

@@ -20,11 +20,7 @@ namespace trundle::calibration {
 struct ValidatedEstimate {
   Estimate estimate;
   std::vector<Parameter> parameters;  ///< that are estimated
-  std::vector<Parameter> refused;     ///< that are not, for with them runs that were left out came out worse
-  /// Of refused, in their own units, as far as they may be wrong as given; and with what takes them along:
-  /// rows of parameters, columns of refused. docs/theory/calibration-uncertainty.md, eq. 16.
-  Eigen::MatrixXd refused_covariance = {};
-  Eigen::MatrixXd cross_covariance = {};
+  GivenParameters refused;            ///< that are not, for with them runs that were left out came out worse
   std::optional<CrossValidation> validation;  ///< of those that are
   std::optional<CrossValidation> before;      ///< of all of them, where some were refused
 };

@@ -17,10 +17,12 @@ namespace trundle::recording {
 [[nodiscard]] std::optional<ClockComparison> reference_clocks(std::span<const ReferenceLog> logs,
                                                               const Robot& robot,
                                                               const TimeOffsetOptions& options);
+/// Of the bearings with the motion smoothed over so long.
 [[nodiscard]] std::optional<ClockComparison> sighting_clocks(const std::vector<Sighting>& sightings,
                                                              const AlignedReadings& readings,
                                                              const Robot& robot,
-                                                             const TimeOffsetOptions& options);
+                                                             const TimeOffsetOptions& options,
+                                                             double smoothed_over_s = 0.0);
 /// The motion on board where one of its sensors has another clock.
 struct MotionOnTwoClocks {
   /// With `later_s` added to the time offset of that sensor.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <utility>
@@ -23,6 +24,9 @@ struct TwoClocks {
   Eigen::VectorXd duration_s;          ///< of each window
   std::vector<bool> used;
   Other moved;
+  /// By each window, in order, when it is: windows of one time err alike by what the motion errs by. None:
+  /// each has a time of its own.
+  std::vector<std::int64_t> times = {};
 };
 
 struct OffsetSearch {
@@ -54,6 +58,7 @@ struct Regression {
 /// The channels at one offset.
 struct Comparison {
   std::vector<Regression> channels;
+  std::vector<std::int64_t> times = {};  ///< of the windows that are used, as TwoClocks has them
 
   /// Least where the likelihood is largest: with Gaussian residuals of unknown variance its logarithm is
   /// −n/2 times that of this product. Of means: windows that are missed on the way are no improvement.
@@ -97,8 +102,9 @@ std::optional<double> settled_offset(Comparer& compare, const OffsetSearch& sear
 
 [[nodiscard]] bool speak_of_one_motion(const Comparison& comparison, const OffsetSearch& search);
 
-/// Of a sum of values that may hang together over some windows [Newey & West 1987].
-[[nodiscard]] double variance_of_sum(const Eigen::VectorXd& values);
+/// Of a sum of values, one for each window, which may hang together over some times [Newey & West 1987].
+[[nodiscard]] double variance_of_sum(const Eigen::VectorXd& of_windows,
+                                     const std::vector<std::int64_t>& times = {});
 
 /// What changes where clocks are moved by a step to either side. The windows of all three are the same.
 struct Change {

@@ -40,8 +40,21 @@ Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance, const Eigen::VectorXd
          variances.reverse().head(open).cwiseSqrt().asDiagonal();
 }
 
-void add_calibrated(const Robot& robot, SystematicErrors& errors) {
-  const UncertainParameters uncertain = uncertain_parameters(robot, true);
+/// Σ given that the landmark sensor's ranges are right in proportion: what they may be off by, wheels that
+/// they calibrated are off by, too. Eq. 4b.
+void count_in_sensor_metre(UncertainParameters& uncertain) {
+  const auto scale =
+      std::ranges::find(uncertain.parameters, ParameterKind::sensor_range_scale, &Parameter::kind);
+  if (scale == uncertain.parameters.end()) return;
+  const Index k = scale - uncertain.parameters.begin();
+  const Eigen::VectorXd with = uncertain.covariance.col(k);
+  if (with[k] == 0.0) return;
+  uncertain.covariance -= with * with.transpose() / with[k];
+}
+
+void add_calibrated(const Robot& robot, LengthsIn lengths, SystematicErrors& errors) {
+  UncertainParameters uncertain = uncertain_parameters(robot, true);
+  if (lengths == LengthsIn::sensor_metre) count_in_sensor_metre(uncertain);
   std::vector<Index> moving;
   for (std::size_t i = 0; i < uncertain.parameters.size(); ++i) {
     if (!moves_the_body(uncertain.parameters[i])) continue;
@@ -68,10 +81,10 @@ Systematic SystematicErrors::sigma(const std::optional<Vector3>& of_shares) cons
   return sigma;
 }
 
-SystematicErrors systematic_errors_of(const Robot& robot, bool shares) {
+SystematicErrors systematic_errors_of(const Robot& robot, bool shares, LengthsIn lengths) {
   SystematicErrors errors{.has_bias = robot.chassis.gyro.has_value()};
   if (errors.has_bias) errors.bias_sigma_rad_s = initial_bias_sigma(robot);
-  if (robot.calibration && !shares) add_calibrated(robot, errors);
+  if (robot.calibration && !shares) add_calibrated(robot, lengths, errors);
   errors.has_shares = errors.by_component.cols() == 0;
   return errors;
 }

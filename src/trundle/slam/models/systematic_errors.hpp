@@ -31,9 +31,16 @@ struct SystematicErrors {
   [[nodiscard]] Systematic sigma(const std::optional<Vector3>& of_shares = {}) const;
 };
 
+/// What lengths count in.
+enum class LengthsIn {
+  sensor_metre,  ///< that of the landmark sensor's ranges, whatever that is (metre.hpp)
+  true_metre,    ///< that of a map which is given
+};
+
 /// Those of a robot; `shares` in place of what its calibration left open. Throws InputError as
 /// uncertain_parameters.
-[[nodiscard]] SystematicErrors systematic_errors_of(const Robot& robot, bool shares);
+[[nodiscard]] SystematicErrors systematic_errors_of(const Robot& robot, bool shares,
+                                                    LengthsIn lengths = LengthsIn::sensor_metre);
 
 /// Of systematic errors with these sigmas, all but the bias, those that are not known exactly.
 [[nodiscard]] std::vector<int> free_of(const Systematic& sigma, bool has_bias);

@@ -16,6 +16,7 @@
 #include "trundle/slam/consistency_checks.hpp"
 #include "trundle/slam/models/sensor_clock.hpp"
 #include "trundle/slam/smoothing/calibration/landmark_noise.hpp"
+#include "trundle/slam/smoothing/calibration/range_scale.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"
 
 namespace trundle::slam {
@@ -190,14 +191,33 @@ SessionSpread session_spread(std::span<const AssociatedRecording> all, const Rob
   return spread_of(estimates, parameters, space);
 }
 
-void add_words(const AssociatedFit& found, CalibrationResult& result) {
+/// The scale of ranges, which sightings do not tell and nobody said to be right: it stays as given, and all
+/// lengths that were found are off with it. Nothing: it is sought, or known.
+std::optional<GivenParameters> open_range_scale(const AssociatedFit& found, const Robot& nominal,
+                                                const CalibrateOptions& options, Estimate& estimate) {
+  const Parameter scale{ParameterKind::sensor_range_scale, -1};
+  const FreeColumns& free = found.fit.free;
+  if (free.parameters.empty() || contains(free.parameters, scale.kind) ||
+      std::ranges::find(options.fix, name_of(scale, nominal)) != options.fix.end())
+    return std::nullopt;
+  return calibration::given_beside({&scale, 1}, calibration::prior_covariance({&scale, 1}, nominal),
+                                   taken_along_by_range_scale(found.all, found.fit), estimate);
+}
+
+void add_words(const AssociatedFit& found, const std::optional<GivenParameters>& range_scale,
+               CalibrationResult& result) {
   const double scatter = found.fit.scatter;
   std::size_t sightings = 0;
   for (const AssociatedRecording& one : found.all) sightings += one.recording.sightings.size();
+  const std::string counted =
+      range_scale ? fmt::format("; ± allows for {:.2g} % of that (--fix sensor.range_scale: it is right)",
+                                100.0 * std::sqrt(range_scale->covariance(0, 0)))
+                  : "";
   result.notes.push_back(fmt::format(
       "from {} sightings, without any reference: lengths are those of the landmark sensor, a "
-      "common error of its ranges is one of {}",
-      sightings, result.nominal.chassis.wheel_count == 0 ? "velocity.forward_scale" : "all diameters"));
+      "common error of its ranges is one of {}{}",
+      sightings, result.nominal.chassis.wheel_count == 0 ? "velocity.forward_scale" : "all diameters",
+      counted));
   if (found.unsettled >= kSameRobot)
     result.warnings.push_back(
         fmt::format("data association did not settle: repeated {} times, a parameter "
@@ -256,12 +276,14 @@ CalibrationResult calibrate_from_landmarks(std::span<const Recording> training,
   Robot noisy = start;
   std::optional<LandmarkNoise> noise;
   if (options.learn_noise) noise = learn_noise_in_turn(training, parameters, noisy, found);
-  const Estimate& estimate = found.fit.estimate;
+  Estimate estimate = found.fit.estimate;
+  const std::optional<GivenParameters> range_scale = open_range_scale(found, nominal, options, estimate);
   const SessionSpread spread = session_spread(found.all, noisy, parameters, estimate.space);
   CalibrationResult result = result_of(estimate, spread, parameters, nominal);
+  if (range_scale) record(*range_scale, result);
   result.method = "landmarks";
   const std::vector<Run> runs = prepare_runs(training, start);
-  add_words(found, result);
+  add_words(found, range_scale, result);
   result.sensor_clock = sensor_clock;
   result.velocity_lag = lag;
   for (const auto& words : {lag, sensor_clock, gyro_noise})

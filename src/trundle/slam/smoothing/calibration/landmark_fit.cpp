@@ -251,15 +251,6 @@ bool settle_spread(const Eigen::MatrixXd& covariance, LandmarkSearch& search) {
   return std::abs(found - before) <= kSameSpread * found;
 }
 
-/// The robot has moved to where it was found, and its bias in each recording: they start from 0 again.
-/// Motions know nothing of how it walks, which starts where it was.
-Eigen::VectorXd parameters_from_here(const FreeColumns& free, const Eigen::VectorXd& found) {
-  const Eigen::Index harmonics = free.count() - free.first_harmonic(0);
-  Eigen::VectorXd here = Eigen::VectorXd::Zero(free.count());
-  here.tail(harmonics) = found.tail(harmonics);
-  return here;
-}
-
 /// One round: the minimum with the motions of the robot found so far, which then moves there.
 void improve(Minimiser& minimiser, LandmarkSearch& search) {
   Estimate& estimate = search.fit.estimate;
@@ -268,7 +259,7 @@ void improve(Minimiser& minimiser, LandmarkSearch& search) {
   const Eigen::Index own = free.columns.cols();
   JointProblem here = joint_problem(search.all, estimate.robot, free);
   require_same_sightings(here.problem, state);
-  state.parameters = parameters_from_here(free, state.parameters);
+  state.parameters = free.parameters_from_here(state.parameters);
   correct_readings(state, here.problem);
   Minimum minimum = minimiser.minimise(here.problem, std::move(state));
   state = std::move(minimum.state);

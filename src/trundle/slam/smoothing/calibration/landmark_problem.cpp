@@ -179,6 +179,13 @@ Eigen::Index FreeColumns::first_harmonic(std::size_t recording) const {
   return before;
 }
 
+Eigen::VectorXd FreeColumns::parameters_from_here(const Eigen::VectorXd& found) const {
+  const Eigen::Index harmonics = count() - first_harmonic(0);
+  Eigen::VectorXd here = Eigen::VectorXd::Zero(count());
+  here.tail(harmonics) = found.tail(harmonics);
+  return here;
+}
+
 Eigen::Index FreeColumns::row_of_gyro_bias() const {
   return std::ranges::find(parameters, kGyroBias) - parameters.begin();
 }

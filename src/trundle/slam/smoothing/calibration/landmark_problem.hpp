@@ -44,6 +44,9 @@ struct FreeColumns {
   [[nodiscard]] Eigen::Index first_harmonic(std::size_t recording) const;
   /// How many are sought.
   [[nodiscard]] Eigen::Index count() const { return first_harmonic(walks.size()); }
+  /// Where the robot has moved to where it was found, and its bias in each recording: they start from 0
+  /// again. Motions know nothing of how it walks, which starts where it was `found`.
+  [[nodiscard]] Eigen::VectorXd parameters_from_here(const Eigen::VectorXd& found) const;
   /// Where among the parameters the gyro's bias is, which is one of them.
   [[nodiscard]] Eigen::Index row_of_gyro_bias() const;
 };
