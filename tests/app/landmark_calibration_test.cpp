@@ -58,7 +58,8 @@ TEST_F(CalibrateFromLandmarks, WritesARobotFileWithErrorBars) {
   EXPECT_THAT(outcome.out, HasSubstr("left.diameter"));
   const Robot calibrated = robot("out/calibrated.toml");
   ASSERT_TRUE(calibrated.calibration);
-  EXPECT_EQ(calibrated.calibration->covariance.rows(), 3);
+  EXPECT_EQ(calibrated.calibration->covariance.rows(), 4);  // with the scale of ranges, which stays as given
+  EXPECT_EQ(calibrated.calibration->parameters.back().name, "sensor.range_scale");
   EXPECT_NEAR(calibrated.chassis.wheels()[0].diameter_m, 0.102, 0.001);
   EXPECT_NEAR(calibrated.chassis.wheels()[1].diameter_m, 0.1, 0.001);
   const Json document = Json::parse(read("out/calibration.json"));
