@@ -76,20 +76,20 @@ class Smoother {
   /// By name: position and its covariance.
   py::dict landmarks() const {
     py::dict map;
-    for (const MappedLandmark& landmark : confirmed())
+    for (std::size_t i = 0; i < smoother_.landmarks(); ++i) {
+      if (!smoother_.is_confirmed(i)) continue;
+      const MappedLandmark landmark = smoother_.landmark(i);
       map[py::str(name_of(landmark.id))] =
-          py::make_tuple(copied(landmark.position),
-                         copied(Matrix2(landmark.covariance + metre_.covariance_at(landmark.position))));
+          py::make_tuple(copied(landmark.position), copied(landmark.covariance));
+    }
     return map;
   }
 
   Eigen::MatrixXd map_covariance() const {
-    std::vector<std::size_t> indices;
+    std::vector<std::size_t> confirmed;
     for (std::size_t i = 0; i < smoother_.landmarks(); ++i)
-      if (smoother_.is_confirmed(i)) indices.push_back(i);
-    Eigen::MatrixXd covariance = smoother_.map_covariance(indices);
-    metre_.add_to(covariance, confirmed());
-    return covariance;
+      if (smoother_.is_confirmed(i)) confirmed.push_back(i);
+    return smoother_.map_covariance(confirmed);
   }
 
  private:
@@ -105,13 +105,6 @@ class Smoother {
     return {.prior = {.start = start_of(start).pose, .systematic_sigma = systematic.sigma()},
             .has_bias = systematic.has_bias,
             .first_unidentified = kFirstUnidentified};
-  }
-
-  std::vector<MappedLandmark> confirmed() const {
-    std::vector<MappedLandmark> map;
-    for (std::size_t i = 0; i < smoother_.landmarks(); ++i)
-      if (smoother_.is_confirmed(i)) map.push_back(smoother_.landmark(i));
-    return map;
   }
 
   LandmarkId id_of(const std::string& name) {

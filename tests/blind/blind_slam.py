@@ -176,12 +176,14 @@ def last_pose(file: Path, drive: Drive) -> Nees:
 
 
 def whole_map(folder: Path, landmarks: Array, named: bool = True) -> Nees:
-    """A name that `merge` kept apart is 2/NAME; a landmark without one is taken for the nearest that there is."""
+    """Of a map in its sensor's metre, which begins at the origin. A name that `merge` kept apart is 2/NAME; a landmark without one is taken for the nearest that there is."""
     rows = table(folder / "landmarks.csv")
     places = np.array([[float(row["x_m"]), float(row["y_m"])] for row in rows])
     which = [int(row["landmark"].rpartition("/")[2]) for row in rows] if named else [int(np.argmin(np.hypot(*(landmarks - place).T))) for place in places]
-    covariance = [[float(v) for k, v in row.items() if k.startswith("cov_")] for row in table(folder / "landmarks_covariance.csv")]
-    return normalised((places - landmarks[which]).ravel(), np.array(covariance))
+    covariance = np.array([[float(v) for k, v in row.items() if k.startswith("cov_")] for row in table(folder / "landmarks_covariance.csv")])
+    said = folder / "slam.json"
+    metre = json.loads(said.read_text()).get("metre_sigma", 0.0) * places.ravel() if said.exists() else 0 * places.ravel()
+    return normalised((places - landmarks[which]).ravel(), covariance + np.outer(metre, metre))
 
 
 def parameters(file: Path, robot: Robot) -> Nees:

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "trundle/recording/detail/motion_path.hpp"
 #include "trundle/recording/time_offset.hpp"
 #include "trundle/simulation/scenario.hpp"
 #include "trundle/statistics/distribution.hpp"
@@ -239,15 +240,55 @@ TEST(SightingClock, IsNoneOfTheNoiseOfWheels) {
       for (Wheel& wheel : robot->chassis.wheels()) wheel.ticks_per_revolution = 360.0;
     scenario.landmarks = landmarks_around();
     scenario.sightings.rate_hz = 5.0;
-    const Recording recording = simulate(scenario).recording;
+    scenario.truth.landmark_sensor->time_offset_s = seed % 2 == 0 ? 0.0 : -0.25;
+    Recording recording = simulate(scenario).recording;
+    for (double& time_s : recording.wheels.time_s) time_s += 0.23;  // a log that does not begin at 0
+    for (Sighting& sighting : recording.sightings) sighting.time_s += 0.23;
     const auto found =
         sighting_time_offset(recording.sightings, align(recording, scenario.nominal), scenario.nominal);
     if (!found) continue;
-    squares += std::pow(found->offset_s / found->sigma_s, 2);
+    squares +=
+        std::pow((found->offset_s - scenario.truth.landmark_sensor->time_offset_s) / found->sigma_s, 2);
     ++told;
   }
   EXPECT_GE(told, static_cast<int>(seeds) / 4);
   EXPECT_LT(squares, chi_squared_limit(1e-3, told));
+}
+
+/// A body that goes ahead ever faster, from 0.1 s on, whose 0.1 is not the sum of its steps.
+MotionPath speeding_path() {
+  MotionPath path{.time_s = {0.1}, .poses = {Pose2{}}, .twists = {}, .bridged = {}};
+  for (int i = 0; i < 100; ++i) {
+    path.time_s.push_back(0.1 + 0.05 * (i + 1));
+    path.twists.push_back({0.001 * i, 0.0, 0.01});
+    path.poses.push_back(path.poses.back() * exp(path.twists.back()));
+    path.bridged.push_back(false);
+  }
+  return path;
+}
+
+TEST(MotionPath, SmoothedIsTheMeanOfAsMuchAheadAsBack) {
+  const MotionPath path = speeding_path();
+  MotionPath with_gap = path;
+  with_gap.bridged[50] = true;
+  with_gap.twists[50] = {3.0, 0.0, 0.0};
+  for (const double over_s : {0.3, 1.0, 2.0}) {
+    const auto half = static_cast<std::size_t>(std::ceil(0.5 * over_s / 0.05));
+    const MotionPath smooth = smoothed(path, over_s), beside = smoothed(with_gap, over_s);
+    Vector3 sum = Vector3::Zero(), smooth_sum = Vector3::Zero();
+    for (std::size_t i = 0; i < path.twists.size(); ++i) {
+      // Of what changes evenly the mean is what is in the middle; less is known of it at the ends.
+      const bool is_inside = i >= half && i + half < path.twists.size();
+      const bool is_off_the_gap = i + half < 50 || i > 50 + half || i == 50;
+      EXPECT_NEAR(smooth.twists[i].dx, path.twists[i].dx, is_inside ? 1e-9 : 0.01) << over_s << " s, " << i;
+      EXPECT_NEAR(smooth.twists[i].dtheta, 0.01, 1e-9) << over_s << " s, " << i;
+      EXPECT_NEAR(beside.twists[i].dx, with_gap.twists[i].dx, is_inside && is_off_the_gap ? 1e-9 : 0.01)
+          << over_s << " s beside a gap, " << i;
+      sum += path.twists[i].vector();
+      smooth_sum += smooth.twists[i].vector();
+    }
+    EXPECT_NEAR((smooth_sum - sum).norm(), 0.0, 1e-9);  // and it goes as far
+  }
 }
 
 TEST(SightingClock, LandmarksWithoutNamesTellNothing) {

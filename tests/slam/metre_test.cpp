@@ -12,11 +12,6 @@ namespace {
 constexpr double kSigma = 0.02;
 const Metre kMetre{kSigma, {1.0, 2.0}};
 
-std::vector<MappedLandmark> some_map() {
-  return {{.id = 0, .position = {4.0, 2.0}, .covariance = 1e-4 * Matrix2::Identity()},
-          {.id = 1, .position = {1.0, -3.0}, .covariance = 2e-4 * Matrix2::Identity()}};
-}
-
 TEST(Metre, MovesPlacesAlongTheWayFromTheStartAndNoHeading) {
   Trajectory trajectory{{{0.0, {1.0, 2.0, 0.3}}, {1.0, {4.0, 2.0, 0.6}}},
                         {Matrix3::Zero(), 1e-4 * Matrix3::Identity()}};
@@ -24,19 +19,6 @@ TEST(Metre, MovesPlacesAlongTheWayFromTheStartAndNoHeading) {
   EXPECT_TRUE(trajectory.covariances[0].isZero(0.0));
   const Matrix3 expected = Vector3(1e-4 + kSigma * kSigma * 9.0, 1e-4, 1e-4).asDiagonal();
   EXPECT_TRUE(trajectory.covariances[1].isApprox(expected, 1e-12));
-}
-
-TEST(Metre, IsInLandmarksTogetherAsInEach) {
-  std::vector<MappedLandmark> map = some_map();
-  Eigen::MatrixXd covariance = Eigen::Vector4d(1e-4, 1e-4, 2e-4, 2e-4).asDiagonal();
-  kMetre.add_to(covariance, map);
-  kMetre.add_to(map);
-  EXPECT_TRUE((covariance.block<2, 2>(0, 0).isApprox(map[0].covariance, 1e-12)));
-  EXPECT_TRUE((covariance.block<2, 2>(2, 2).isApprox(map[1].covariance, 1e-12)));
-  EXPECT_NEAR(covariance(0, 3), -15.0 * kSigma * kSigma, 1e-12);  // 3 m ahead and 5 m aside are off alike
-  Eigen::MatrixXd none;
-  kMetre.add_to(none, {});
-  EXPECT_EQ(none.size(), 0);
 }
 
 /// Diameters known to 1e-5 m in the metre of ranges, which is known to 2 %.

@@ -126,9 +126,7 @@ LiveSlamPose LiveSlam::slam_pose(PoseEstimate estimate) const {
 
 std::vector<LandmarkRow> LiveSlam::map() const {
   std::vector<LandmarkRow> rows;
-  std::vector<MappedLandmark> map = map_with(filter_.map_covariance(), filter_);
-  metre_.add_to(map);
-  for (const MappedLandmark& landmark : map)
+  for (const MappedLandmark& landmark : map_with(filter_.map_covariance(), filter_))
     rows.push_back({.name = name_of(landmark.id),
                     .position = landmark.position,
                     .covariance = landmark.covariance,

@@ -42,23 +42,16 @@ std::string settings_of(const RobotFile& robot, SlamQuestion question, const Sla
   return text + fmt::format("\nseed={}", question.seed);
 }
 
-/// To all that is said to be known of places.
+/// To all that is said of where the robot was.
 void add_metre(const Metre& metre, SlamAnswer& answer) {
   SlamResult& online = answer.result;
   metre.add_to(online.online);
   metre.add_to(online.last);
-  metre.add_to(online.map_covariance, online.map);
-  metre.add_to(online.map);
-  metre.add_to(online.tentative);
-  for (Snapshot& snapshot : online.growth) {
-    metre.add_to(snapshot.map);
+  for (Snapshot& snapshot : online.growth)
     snapshot.covariance.topLeftCorner<2, 2>() += metre.covariance_at(snapshot.pose.translation());
-  }
   if (!answer.smoothed) return;
   metre.add_to(answer.smoothed->trajectory);
   metre.add_to(answer.smoothed->last);
-  metre.add_to(answer.smoothed->map_covariance, answer.smoothed->map);
-  metre.add_to(answer.smoothed->map);
 }
 
 }  // namespace

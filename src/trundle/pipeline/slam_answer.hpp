@@ -52,7 +52,7 @@ struct SlamAnswer {
   SlamResult result;
   std::optional<SmoothedSlam> smoothed;
   double gyro_bias_rad_s = 0.0;               ///< the robot file's, where it has a gyro
-  double metre_sigma = 0.0;                   ///< Metre::sigma, which all covariances have in them
+  double metre_sigma = 0.0;                   ///< Metre::sigma, which covariances of poses have in them
   std::vector<Finding> inconsistencies = {};  ///< of the run, with its own sigmas; notes last
 
   bool is_doubtful() const {

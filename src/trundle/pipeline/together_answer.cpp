@@ -158,11 +158,14 @@ double metre_sigma_of(const Robot& robot) {
   return metre_sigma(robot).value_or(prior_sigma({ParameterKind::sensor_range_scale, -1}, robot));
 }
 
-/// 1σ of what all metres are off by in common, where calibrations say it of each. docs/theory/together.md,
+/// 1σ of what all metres are off by in common, where a calibration speaks of any. docs/theory/together.md,
 /// eq. 27b.
 double metre_sigma_in_common(const std::vector<TeamRobot>& team) {
+  if (std::ranges::none_of(team,
+                           [](const TeamRobot& one) { return metre_sigma(one.robot.robot).has_value(); }))
+    return 0.0;
   double information = 0.0;
-  for (const TeamRobot& one : team) information += 1.0 / squared(metre_sigma(one.robot.robot).value_or(0.0));
+  for (const TeamRobot& one : team) information += 1.0 / squared(metre_sigma_of(one.robot.robot));
   return 1.0 / std::sqrt(information);
 }
 
@@ -171,8 +174,6 @@ void add_metre(const Metre& metre, JointSlam& joint) {
     metre.add_to(robot.trajectory);
     metre.add_to(robot.last);
   }
-  metre.add_to(joint.map_covariance, joint.map);
-  metre.add_to(joint.map);
 }
 
 /// The step at a stamp that the odometry was cut at.
@@ -291,7 +292,8 @@ TogetherAnswer answer_together(std::vector<TeamRobot> team, const SlamQuestion& 
     finding.place = "all robots";
     answer.inconsistencies.push_back(std::move(finding));
   }
-  add_metre({metre_sigma_in_common(team), question.start.translation()}, answer.joint);
+  answer.metre_sigma = metre_sigma_in_common(team);
+  add_metre({answer.metre_sigma, question.start.translation()}, answer.joint);
   for (std::size_t i = 0; i < team.size(); ++i)
     require_sound(answer.joint.robots[i].trajectory, answer.names[i]);
   require_sound(answer.joint.map, "the map of all robots");
@@ -308,6 +310,7 @@ Json document_of(const TogetherAnswer& answer) {
   document["nis"] = {{"mean", nullptr}};
   document["trajectory"] = "smoothed, all robots together";
   document["smoother"] = smoother_json(counts);
+  if (answer.metre_sigma > 0.0) document["metre_sigma"] = answer.metre_sigma;
   document["robots"] = Json::array();
   for (std::size_t i = 0; i < answer.names.size(); ++i) document["robots"].push_back(robot_json(answer, i));
   document["problems"] = to_json(answer.findings);

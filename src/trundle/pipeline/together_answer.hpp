@@ -27,6 +27,7 @@ struct TogetherAnswer {
   std::vector<std::string> landmarks = {};        ///< name of each LandmarkId
   JointSlam joint = {};
   std::vector<Finding> findings = {};
+  double metre_sigma = 0.0;                   ///< as of SlamAnswer, of what all have in common
   std::vector<Finding> inconsistencies = {};  ///< of the run, with its own sigmas
 };
 

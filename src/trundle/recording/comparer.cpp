@@ -58,6 +58,7 @@ Regression regress(const Vector& fixed, const Matrix& moved, const Vector& durat
 
 /// Sums over the windows of each time.
 Vector summed_by(const std::vector<std::int64_t>& times, const Vector& values) {
+  if (values.size() != std::ssize(times)) return values;  // of too few windows there are none
   Vector sums(values.size());
   Eigen::Index n = 0;
   for (std::size_t w = 0; w < times.size(); ++w) {

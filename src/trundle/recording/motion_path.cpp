@@ -83,21 +83,28 @@ MotionPath smoothed(const MotionPath& path, double over_s) {
     integral.push_back(integral.back() + 0.5 * (t[i + 1] - t[i]) * (sum[i] + sum[i + 1]));
   }
   const auto integral_to = [&](double time) -> Vector3 {
-    const std::size_t i = std::min(interval_at(t, time), t.size() - 2);
-    const double ahead_s = time - t[i];
+    const double within_s = std::clamp(time, t.front(), t.back());  // rounding may lead out of it
+    const std::size_t i = std::min(interval_at(t, within_s), t.size() - 2);
+    const double ahead_s = within_s - t[i];
     return integral[i] + ahead_s * sum[i] +
            0.5 * ahead_s * ahead_s / (t[i + 1] - t[i]) * path.twists[i].vector();
   };
-  const auto mean_at = [&](double time) -> Vector3 {
+  // Between which of them nothing is bridged.
+  std::vector<double> since_s = t, until_s = t;
+  for (std::size_t i = 1; i < t.size(); ++i)
+    if (!path.bridged[i - 1]) since_s[i] = since_s[i - 1];
+  for (std::size_t i = t.size() - 1; i-- > 0;)
+    if (!path.bridged[i]) until_s[i] = until_s[i + 1];
+  const auto mean_at = [&](std::size_t i) -> Vector3 {
     const double half_s =
-        std::min({0.5 * over_s, time - t.front(), t.back() - time});  // as long on both sides
-    if (!(half_s > 0.0)) return time <= t.front() ? sum.front() : sum.back();
-    return (integral_to(time + half_s) - integral_to(time - half_s)) / (2.0 * half_s);
+        std::min({0.5 * over_s, t[i] - since_s[i], until_s[i] - t[i]});  // as long on both sides
+    if (!(half_s > 0.0)) return sum[i];
+    return (integral_to(t[i] + half_s) - integral_to(t[i] - half_s)) / (2.0 * half_s);
   };
   MotionPath smooth{.time_s = t, .poses = {path.poses.front()}, .twists = {}, .bridged = path.bridged};
-  Vector3 before = mean_at(t.front());
+  Vector3 before = mean_at(0);
   for (std::size_t i = 1; i < t.size(); ++i) {
-    const Vector3 now = mean_at(t[i]);
+    const Vector3 now = mean_at(i);
     smooth.twists.push_back(Twist2::from(now - before));
     smooth.poses.push_back(smooth.poses.back() * exp(smooth.twists.back()));
     before = now;

@@ -120,7 +120,9 @@ std::optional<TimeOffset> sighting_time_offset(const std::vector<Sighting>& sigh
     const OffsetSearch& search = comparison->search;
     Comparer compare(comparison->clocks);
     const double step_s = std::max(search.step_s, 0.25 * over_s);
-    const double left = compare.at(search_from(compare, search.given_s, search.largest_s, step_s)).misfit();
+    const double offset_s = search_from(compare, search.given_s, search.largest_s - step_s, step_s);
+    compare.leave_out_slip(offset_s);
+    const double left = compare.at(offset_s).misfit();
     if (left >= least) continue;
     least = left;
     best = std::move(comparison);

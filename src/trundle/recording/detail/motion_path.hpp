@@ -31,8 +31,8 @@ struct MotionPath {
 /// of fewer than two poses.
 [[nodiscard]] std::optional<MotionPath> motion_path(const Trajectory& world_from_body, double longest_gap_s);
 
-/// Each twist the mean of what is within so long about it: what readings err by from one to the next averages
-/// out, and so does motion that is as quick.
+/// Each twist the mean of what is within so long about it, and as far ahead as back, where nothing is
+/// bridged: what readings err by from one to the next averages out, and so does motion that is as quick.
 [[nodiscard]] MotionPath smoothed(const MotionPath& path, double over_s);
 
 }  // namespace trundle::recording

@@ -21,18 +21,6 @@ void Metre::add_to(PoseEstimate& estimate) const {
   estimate.covariance.topLeftCorner<2, 2>() += covariance_at(estimate.pose.translation());
 }
 
-void Metre::add_to(std::vector<MappedLandmark>& map) const {
-  for (MappedLandmark& landmark : map) landmark.covariance += covariance_at(landmark.position);
-}
-
-void Metre::add_to(Eigen::MatrixXd& covariance, std::span<const MappedLandmark> map) const {
-  if (covariance.size() == 0) return;
-  Eigen::VectorXd off(covariance.rows());
-  for (std::size_t i = 0; i < map.size(); ++i)
-    off.segment<2>(2 * static_cast<Eigen::Index>(i)) = sigma * (map[i].position - start);
-  covariance += off * off.transpose();
-}
-
 std::optional<double> metre_sigma(const Robot& robot) {
   const odometry::UncertainParameters known = odometry::uncertain_parameters(robot, true);
   const auto scale = std::ranges::find(known.parameters, ParameterKind::sensor_range_scale, &Parameter::kind);

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <optional>
-#include <span>
-#include <vector>
 
 #include "trundle/chassis/robot.hpp"
 #include "trundle/geometry/trajectory.hpp"
@@ -12,8 +10,8 @@ namespace trundle::slam {
 
 /// What all lengths of a world may be off by in common: they count in the metre of a landmark sensor's
 /// ranges, and so do those of wheels that its sightings calibrated. Nothing that is seen shows whether that
-/// metre is right: every place is off along the line from where the robot began.
-/// docs/theory/motion-and-sensor.md, eq. 4c.
+/// metre is right: every place is off along the line from where the robot began. Maps count in that metre, in
+/// which filters and localizers use them. docs/theory/motion-and-sensor.md, eq. 4c.
 struct Metre {
   double sigma = 0.0;               ///< 1σ, as a share; 0: it is right
   Vector2 start = Vector2::Zero();  ///< where the robot began [m]
@@ -22,9 +20,6 @@ struct Metre {
   [[nodiscard]] Matrix2 covariance_at(const Vector2& place) const;
   void add_to(Trajectory& trajectory) const;
   void add_to(PoseEstimate& estimate) const;
-  void add_to(std::vector<MappedLandmark>& map) const;
-  /// To that of all landmarks of a map together; empty stays empty.
-  void add_to(Eigen::MatrixXd& covariance, std::span<const MappedLandmark> map) const;
 };
 
 /// 1σ of the metre, by what a robot's calibration says of sensor.range_scale; nothing: it says nothing.
