@@ -46,7 +46,7 @@ class Smoother {
  public:
   Smoother(const RobotFile& robot, const std::optional<StartTuple>& start)
       : sensor_(sensor_of(robot)),
-        metre_{metre_sigma(robot.robot).value_or(0.0), start_of(start).pose.translation()},
+        metre_(metre_of(robot.robot, start_of(start).pose)),
         smoother_(sensor_, options_of(robot, start)) {}
 
   std::vector<SightingReport> step(const Step& step) {

@@ -1,5 +1,5 @@
-// Where a calibration leaves the scale of ranges open, all that is said of places allows for it, and nothing
-// else changes.
+// Where a calibration leaves the scale of ranges open, all that is said of where the robot was allows for it,
+// and nothing else changes.
 #include <gtest/gtest.h>
 
 #include "trundle/pipeline/slam_answer.hpp"

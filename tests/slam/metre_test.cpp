@@ -1,5 +1,5 @@
-// Lengths of a map count in the metre of the sensor's ranges: what that is off by is nothing that sightings
-// show, and every place's.
+// Lengths count in the metre of the sensor's ranges: what that is off by no sighting shows, and every pose is
+// off by it.
 #include "trundle/slam/models/metre.hpp"
 
 #include <gtest/gtest.h>

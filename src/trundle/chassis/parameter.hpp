@@ -49,6 +49,7 @@ struct Parameter {
   bool operator==(const Parameter&) const = default;
 };
 inline constexpr Parameter kGyroBias{ParameterKind::gyro_bias, -1};
+inline constexpr Parameter kRangeScale{ParameterKind::sensor_range_scale, -1};
 
 /// Of the landmark sensor: the motion of the robot does not depend on it.
 [[nodiscard]] bool is_of_landmark_sensor(ParameterKind kind);

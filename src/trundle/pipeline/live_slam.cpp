@@ -33,7 +33,7 @@ LiveSlam::LiveSlam(const Robot& robot, const Pose2& start, const LiveSlamOptions
     : late_s_(options.late_s),
       sensor_clock_s_(robot.landmark_sensor->time_offset_s),
       cutter_(robot, {.hide_ids = options.unknown_ids}),
-      metre_{metre_sigma(robot).value_or(0.0), start.translation()},
+      metre_(metre_of(robot, start)),
       filter_(*robot.landmark_sensor, slam_options(cutter_, start, options.window_s)) {}
 
 void LiveSlam::require_timely(double stamp_s, std::string_view place) const {

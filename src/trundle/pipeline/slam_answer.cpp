@@ -47,8 +47,7 @@ void add_metre(const Metre& metre, SlamAnswer& answer) {
   SlamResult& online = answer.result;
   metre.add_to(online.online);
   metre.add_to(online.last);
-  for (Snapshot& snapshot : online.growth)
-    snapshot.covariance.topLeftCorner<2, 2>() += metre.covariance_at(snapshot.pose.translation());
+  for (Snapshot& snapshot : online.growth) metre.add_to(snapshot.pose, snapshot.covariance);
   if (!answer.smoothed) return;
   metre.add_to(answer.smoothed->trajectory);
   metre.add_to(answer.smoothed->last);
@@ -141,8 +140,9 @@ SlamAnswer finished_slam(const Recording& recording, const RobotFile& robot, con
   std::ranges::move(
       consistency_checks(answer.input, answer.result, answer.smoothed ? &*answer.smoothed : nullptr),
       std::back_inserter(answer.inconsistencies));
-  answer.metre_sigma = metre_sigma(robot.robot).value_or(0.0);
-  add_metre({answer.metre_sigma, question.start.translation()}, answer);
+  const Metre metre = metre_of(robot.robot, question.start);
+  answer.metre_sigma = metre.sigma;
+  add_metre(metre, answer);
   require_sound(answer.result.online, recording.name);
   if (answer.smoothed) require_sound(answer.smoothed->trajectory, recording.name);
   require_sound(answer.map(), recording.name);

@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "trundle/chassis/usual_parameters.hpp"
 #include "trundle/geometry/squared.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/pipeline/sound.hpp"
@@ -155,7 +154,7 @@ Alone alone(const TeamRobot& one, const SlamQuestion& question) {
 
 /// As well as its sensor's ranges are known in proportion, without a calibration as they come.
 double metre_sigma_of(const Robot& robot) {
-  return metre_sigma(robot).value_or(prior_sigma({ParameterKind::sensor_range_scale, -1}, robot));
+  return metre_sigma(robot).value_or(prior_sigma(kRangeScale, robot));
 }
 
 /// 1σ of what all metres are off by in common, where a calibration speaks of any. docs/theory/together.md,

@@ -3,30 +3,44 @@
 #include <algorithm>
 #include <cmath>
 
-#include "trundle/odometry/uncertain.hpp"
-
 namespace trundle::slam {
+namespace {
 
-Matrix2 Metre::covariance_at(const Vector2& place) const {
-  const Vector2 off = sigma * (place - start);
-  return off * off.transpose();
+/// Where the scale of ranges is among the parameters; nothing: nowhere.
+std::optional<Eigen::Index> place_of_range_scale(const odometry::UncertainParameters& uncertain) {
+  const auto at = std::ranges::find(uncertain.parameters, kRangeScale);
+  if (at == uncertain.parameters.end()) return std::nullopt;
+  return at - uncertain.parameters.begin();
+}
+
+}  // namespace
+
+void Metre::add_to(const Pose2& pose, Matrix3& covariance) const {
+  const Vector2 off = sigma * (pose.translation() - start);
+  covariance.topLeftCorner<2, 2>() += off * off.transpose();
 }
 
 void Metre::add_to(Trajectory& trajectory) const {
   for (std::size_t k = 0; k < trajectory.covariances.size(); ++k)
-    trajectory.covariances[k].topLeftCorner<2, 2>() += covariance_at(trajectory.poses[k].pose.translation());
-}
-
-void Metre::add_to(PoseEstimate& estimate) const {
-  estimate.covariance.topLeftCorner<2, 2>() += covariance_at(estimate.pose.translation());
+    add_to(trajectory.poses[k].pose, trajectory.covariances[k]);
 }
 
 std::optional<double> metre_sigma(const Robot& robot) {
   const odometry::UncertainParameters known = odometry::uncertain_parameters(robot, true);
-  const auto scale = std::ranges::find(known.parameters, ParameterKind::sensor_range_scale, &Parameter::kind);
-  if (scale == known.parameters.end()) return std::nullopt;
-  const auto k = scale - known.parameters.begin();
-  return std::sqrt(known.covariance(k, k)) / robot.landmark_sensor->range_scale;
+  const std::optional<Eigen::Index> k = place_of_range_scale(known);
+  if (!k) return std::nullopt;
+  return std::sqrt(known.covariance(*k, *k)) / robot.landmark_sensor->range_scale;
+}
+
+Metre metre_of(const Robot& robot, const Pose2& start) {
+  return {metre_sigma(robot).value_or(0.0), start.translation()};
+}
+
+void count_in_sensor_metre(odometry::UncertainParameters& uncertain) {
+  const std::optional<Eigen::Index> k = place_of_range_scale(uncertain);
+  if (!k || uncertain.covariance(*k, *k) == 0.0) return;
+  const Eigen::VectorXd with = uncertain.covariance.col(*k);
+  uncertain.covariance -= with * with.transpose() / with[*k];
 }
 
 }  // namespace trundle::slam

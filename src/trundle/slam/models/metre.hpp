@@ -4,6 +4,7 @@
 
 #include "trundle/chassis/robot.hpp"
 #include "trundle/geometry/trajectory.hpp"
+#include "trundle/odometry/uncertain.hpp"
 #include "trundle/slam/report.hpp"
 
 namespace trundle::slam {
@@ -16,13 +17,19 @@ struct Metre {
   double sigma = 0.0;               ///< 1σ, as a share; 0: it is right
   Vector2 start = Vector2::Zero();  ///< where the robot began [m]
 
-  /// Covariance of (x, y) [m²] that it adds to a place.
-  [[nodiscard]] Matrix2 covariance_at(const Vector2& place) const;
+  /// To the covariance of a pose.
+  void add_to(const Pose2& pose, Matrix3& covariance) const;
+  void add_to(PoseEstimate& estimate) const { add_to(estimate.pose, estimate.covariance); }
   void add_to(Trajectory& trajectory) const;
-  void add_to(PoseEstimate& estimate) const;
 };
 
 /// 1σ of the metre, by what a robot's calibration says of sensor.range_scale; nothing: it says nothing.
 [[nodiscard]] std::optional<double> metre_sigma(const Robot& robot);
+/// That of a robot that begins there; right where its calibration says nothing.
+[[nodiscard]] Metre metre_of(const Robot& robot, const Pose2& start);
+
+/// Counts parameters in that metre: their covariance given that ranges are right in proportion. What these
+/// may be off by, wheels that they calibrated are off by, too. Eq. 4b.
+void count_in_sensor_metre(odometry::UncertainParameters& uncertain);
 
 }  // namespace trundle::slam

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "trundle/geometry/decompositions.hpp"
-#include "trundle/odometry/uncertain.hpp"
+#include "trundle/slam/models/metre.hpp"
 
 namespace trundle::slam {
 namespace {
@@ -38,18 +38,6 @@ Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance, const Eigen::VectorXd
   const Index open = std::min<Index>((variances.array() > least).count(), most);
   return scale.asDiagonal() * axes.rowwise().reverse().leftCols(open) *
          variances.reverse().head(open).cwiseSqrt().asDiagonal();
-}
-
-/// Σ given that the landmark sensor's ranges are right in proportion: what they may be off by, wheels that
-/// they calibrated are off by, too. Eq. 4b.
-void count_in_sensor_metre(UncertainParameters& uncertain) {
-  const auto scale =
-      std::ranges::find(uncertain.parameters, ParameterKind::sensor_range_scale, &Parameter::kind);
-  if (scale == uncertain.parameters.end()) return;
-  const Index k = scale - uncertain.parameters.begin();
-  const Eigen::VectorXd with = uncertain.covariance.col(k);
-  if (with[k] == 0.0) return;
-  uncertain.covariance -= with * with.transpose() / with[k];
 }
 
 void add_calibrated(const Robot& robot, LengthsIn lengths, SystematicErrors& errors) {

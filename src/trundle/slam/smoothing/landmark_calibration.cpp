@@ -195,12 +195,12 @@ SessionSpread session_spread(std::span<const AssociatedRecording> all, const Rob
 /// lengths that were found are off with it. Nothing: it is sought, or known.
 std::optional<GivenParameters> open_range_scale(const AssociatedFit& found, const Robot& nominal,
                                                 const CalibrateOptions& options, Estimate& estimate) {
-  const Parameter scale{ParameterKind::sensor_range_scale, -1};
   const FreeColumns& free = found.fit.free;
-  if (free.parameters.empty() || contains(free.parameters, scale.kind) ||
-      std::ranges::find(options.fix, name_of(scale, nominal)) != options.fix.end())
+  if (free.parameters.empty() || contains(free.parameters, kRangeScale.kind) ||
+      std::ranges::find(options.fix, name_of(kRangeScale, nominal)) != options.fix.end())
     return std::nullopt;
-  return calibration::given_beside({&scale, 1}, calibration::prior_covariance({&scale, 1}, nominal),
+  return calibration::given_beside({&kRangeScale, 1},
+                                   calibration::prior_covariance({&kRangeScale, 1}, nominal),
                                    taken_along_by_range_scale(found.all, found.fit), estimate);
 }
 

@@ -7,13 +7,12 @@ namespace {
 
 /// With the scale, in this unit, as one more that is sought behind the robot's parameters.
 FreeColumns with_range_scale(const FreeColumns& free, const Robot& robot) {
-  const Parameter scale{ParameterKind::sensor_range_scale, -1};
   const Eigen::Index rows = free.columns.rows(), sought = free.columns.cols();
   FreeColumns wider = free;
-  wider.parameters.push_back(scale);
+  wider.parameters.push_back(kRangeScale);
   wider.columns.setZero(rows + 1, sought + 1);
   wider.columns.topLeftCorner(rows, sought) = free.columns;
-  wider.columns(rows, sought) = prior_sigma(scale, robot);
+  wider.columns(rows, sought) = prior_sigma(kRangeScale, robot);
   wider.information.conservativeResize(sought + 1);
   wider.information[sought] = 1.0;
   return wider;
