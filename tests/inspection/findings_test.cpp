@@ -1,7 +1,9 @@
 #include "trundle/inspection/findings.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 #include <gmock/gmock.h>
@@ -48,6 +50,64 @@ TEST(Findings, a_gyro_whose_stamps_are_late_is_found_and_named) {
   const Robot told = robot_with_gyro(-0.04);
   EXPECT_THAT(find_in(recording, &told).problems,
               Not(Contains(Field(&Finding::code, FindingCode::time_offset))));
+}
+
+// The tour never rests for as long as a rest takes: nothing else shows the bias.
+TEST(Findings, a_bias_that_no_rest_would_be_recognised_by_is_named_with_its_value) {
+  Robot truth = robot_with_gyro(0.0);
+  truth.chassis.gyro->bias_rad_s = -0.12;
+  truth.chassis.wheels()[0].diameter_m *= 1.03;  // turns by a share of the way, which is no bias
+  const Recording recording = tour(truth);
+  const Robot robot = robot_with_gyro(0.0);
+  EXPECT_THAT(find_in(recording, &robot).problems,
+              ElementsAre(finding(FindingCode::gyro_bias, "write bias_rad_s = -0.1")));
+  Robot vague = robot;
+  vague.chassis.gyro->bias_sigma_rad_s = 0.1;
+  Robot told = robot;
+  told.chassis.gyro->bias_rad_s = -0.12;
+  for (const Robot& right : {vague, told}) EXPECT_THAT(find_in(recording, &right).problems, IsEmpty());
+}
+
+/// One that is read wrongly may look biased, too.
+TEST(Findings, a_gyro_in_rpm_turns_too_far_and_is_not_called_biased) {
+  Robot truth = robot_with_gyro(0.0);
+  truth.chassis.gyro->bias_rad_s = 0.02;
+  Recording recording = tour(truth);
+  for (double& rate : recording.gyro.yaw_rate_rad_s) rate *= 60.0 / (2.0 * kPi);
+  const Robot robot = robot_with_gyro(0.0);
+  EXPECT_THAT(find_in(recording, &robot).problems,
+              Contains(finding(FindingCode::gyro_against_wheels, "times as far as the wheels")));
+  EXPECT_THAT(find_in(recording, &robot).problems,
+              Not(Contains(Field(&Finding::code, FindingCode::gyro_bias))));
+}
+
+/// Along the axis about which the robot turns there is a share of the turn, noise alone, or nothing.
+TEST(Findings, a_gyro_that_hears_nothing_of_the_turns_is_named) {
+  const Robot robot = robot_with_gyro(0.0);
+  const Recording whole = tour(robot);
+  Random random(4, 2);
+  for (const auto& read : std::array<std::function<double(double)>, 3>{
+           [](double rate) { return 0.01 * rate; }, [&](double) { return random.normal(0.003); },
+           [](double) { return 0.0; }}) {
+    Recording recording = whole;
+    for (double& rate : recording.gyro.yaw_rate_rad_s) rate = read(rate);
+    EXPECT_THAT(find_in(recording, &robot).problems,
+                Contains(finding(FindingCode::gyro_against_wheels, "the axis of the gyro's column (up)")));
+  }
+}
+
+/// Wheels that roll unevenly are no turn that the gyro should hear.
+TEST(Findings, a_straight_drive_says_nothing_of_the_gyro) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    Scenario scenario;
+    scenario.nominal = scenario.truth = robot_with_gyro(0.0);
+    scenario.truth.chassis.wheels()[0].diameter_m *= 1.02;
+    scenario.truth.chassis.gyro->bias_rad_s = 0.01;
+    scenario.path = joined({pause(3.0), straight(8.0), pause(2.0), straight(-8.0)});
+    scenario.steering = Steering::truth;
+    scenario.seed = seed;
+    EXPECT_THAT(find_in(simulate(scenario).recording, &scenario.nominal).problems, IsEmpty()) << seed;
+  }
 }
 
 Recording parked_now_and_then(const Robot& truth) {

@@ -32,14 +32,15 @@ Robot robot_of(std::string_view kind, bool has_gyro) {
   return robot;
 }
 
-/// Straight on, curves both ways, back.
-Recording drive(const Robot& robot) {
+/// Straight on, curves both ways, and back.
+Recording drive(const Robot& robot, bool backwards = true) {
   Scenario scenario;
   scenario.nominal = scenario.truth = robot;
   for (const double sense : {1.0, -1.0})
     for (const auto& [length_m, radius_m] :
          {std::pair{3.0, 1e6}, {9.0, 1.5}, {3.0, 4.5}, {-2.0, 1e6}, {-3.0, -3.0}})
-      scenario.path.push_back({{length_m, 0.0, sense * length_m / radius_m}, std::abs(length_m) / 0.8});
+      if (length_m > 0.0 || backwards)
+        scenario.path.push_back({{length_m, 0.0, sense * length_m / radius_m}, std::abs(length_m) / 0.8});
   scenario.steering = Steering::truth;
   scenario.reference.rate_hz = 10.0;
   return simulate(scenario).recording;
@@ -86,6 +87,22 @@ TEST(SteeringUnit, radians_that_were_taken_for_degrees_are_named) {
   Recording recording = drive(robot);
   multiply_angles(kPi / 180.0, recording);
   EXPECT_THAT(faults_of(recording, robot), ElementsAre(HasSubstr("leave out unit = \"deg\"")));
+}
+
+/// With fewer counts to a revolution than there are the wheel turns round and round.
+TEST(SteeringUnit, counts_of_which_a_revolution_has_more_are_named) {
+  Robot robot = robot_of("car", true);
+  Recording recording = drive(robot, false);
+  SteeringSensor& sensor = *robot.chassis.all_wheels()[2].steering;
+  sensor.scale = 0.25;
+  sensor.ticks_per_revolution = 4096.0;
+  for (WheelSeries& steering : recording.wheels.steering) {
+    steering.unit = WheelUnit::ticks;
+    for (double& angle : steering.value) angle = std::round(4.0 * angle / (2.0 * kPi) * 4096.0);
+  }
+  EXPECT_THAT(faults_of(recording, robot), IsEmpty());
+  sensor.ticks_per_revolution /= 20.0;
+  EXPECT_THAT(faults_of(recording, robot), ElementsAre(HasSubstr("steering_ticks_per_revolution")));
 }
 
 /// Straight on, on the spot, and in curves.

@@ -33,18 +33,63 @@ Finding reversal(std::size_t wheel, const Recording& recording, Robot robot) {
   return finding;
 }
 
-/// By which keys of the robot file, besides those of travel, its wheels turn it farther or less far.
-std::vector<std::string> sizes_of_turns(const Chassis& chassis) {
-  std::vector<std::string> keys = {"y_m (half the track)"};
+constexpr double kMuchTurning_rad = 1.0;  // root of the sum of squares
+constexpr double kHardlyTurns = 0.1;      // of what the wheels turn: no track is so far off
+
+/// What may be wrong, besides what travel is counted by, where the gyro turns so many times as far as the
+/// wheels.
+std::vector<std::string> sizes_of_turns(const Chassis& chassis, double times) {
+  std::vector<std::string> keys;
+  if (times < kHardlyTurns) keys.emplace_back("the axis of the gyro's column (up)");
+  keys.emplace_back("y_m (half the track)");
   if (is_steered(chassis)) keys.emplace_back("x_m and steering_scale of steered wheels");
   return keys;
 }
 
-/// Whether the gyro sees the robot turn by more than its bias, as the robot file knows it, may make: else
-/// what it says beside the wheels' noise is chance.
-bool sees_turns(const Gyro& gyro, const Overview& overview) {
+/// Whether the robot turns by more than noise: by the gyro more than its bias, as the robot file knows it,
+/// may make, or by the wheels more than those that roll unevenly do.
+bool is_turning(const Gyro& gyro, const Overview& overview) {
   const double by_bias_rad = gyro.bias_sigma_rad_s * overview.turns_of_a_bias_s;
-  return std::sqrt(overview.turns.yy) > std::max(kLeastTurning_rad, kSignificant * by_bias_rad);
+  return std::sqrt(overview.turns.yy) > std::max(kLeastTurning_rad, kSignificant * by_bias_rad) ||
+         std::sqrt(overview.turns.xx) > kMuchTurning_rad;
+}
+
+/// A bias so far from what the robot file takes for likely that no rest is recognised by it.
+std::optional<Finding> wrong_bias(const Recording& recording, const Robot& robot, const Overview& overview) {
+  constexpr double kAgreeWell = 0.9;  // correlation: 81 % of the variance
+  const std::optional<SteadyTurn>& steady = overview.gyro_beside_wheels;
+  if (!steady || std::abs(steady->correlation) < kAgreeWell) return std::nullopt;
+  const Gyro& gyro = *robot.chassis.gyro;
+  const double off_rad_s = steady->rate_rad_s / gyro.scale;
+  if (std::abs(off_rad_s) <
+      RestOptions{}.sigmas * std::hypot(gyro.bias_sigma_rad_s, steady->sigma_rad_s / gyro.scale))
+    return std::nullopt;
+  return Finding{.code = FindingCode::gyro_bias,
+                 .place = recording.gyro.origin.file,
+                 .payload = payload::SteadyRate{.duration_s = steady->duration_s,
+                                                .rate_rad_s = gyro.bias_rad_s + off_rad_s,
+                                                .bias_rad_s = gyro.bias_rad_s,
+                                                .sigma_rad_s = gyro.bias_sigma_rad_s}};
+}
+
+/// What is wrong with the turns, whatever the bias.
+std::optional<Finding> wrong_turns(const Recording& recording, const Robot& robot, const Overview& overview) {
+  const PairedSums& turns = overview.turns;
+  if (turns.xx < kLeastTurning_rad * kLeastTurning_rad || !is_turning(*robot.chassis.gyro, overview) ||
+      turns_agree(turns, robot))
+    return std::nullopt;
+  if (const auto wheel = reversed_wheel(turns, align(recording, robot), robot))
+    return reversal(*wheel, recording, robot);
+  if (turns.correlation() < -kTurnsAgree)
+    return Finding{.code = FindingCode::gyro_sign, .place = recording.gyro.origin.file};
+  Finding contrary{.code = FindingCode::gyro_against_wheels, .place = recording.wheels.origin.file};
+  if (turns.correlation() <= kTurnsAgree && turns.lesser() > kMuchTurning_rad) return contrary;
+  const bool agree = turns.correlation() > kTurnsAgree;
+  const double times = agree ? turns.slope() : std::sqrt(turns.yy / turns.xx);
+  if (!agree && times > kHardlyTurns) return std::nullopt;
+  contrary.payload = payload::Times{times};
+  contrary.subjects = sizes_of_turns(robot.chassis, times);
+  return contrary;
 }
 
 }  // namespace
@@ -78,21 +123,15 @@ std::optional<Finding> louder_gyro(const Recording& recording, const Robot& robo
 
 void compare_gyro(const Recording& recording, const Robot& robot, const Overview& overview,
                   std::vector<Finding>& problems) {
-  constexpr double kMuchTurning = 1.0;  // [rad], root of the sum of squares
-  const auto pairs = if_enough(overview.turns);
-  if (!pairs || !sees_turns(*robot.chassis.gyro, overview) || turns_agree(*pairs, robot)) return;
-  Finding contrary{.code = FindingCode::gyro_against_wheels, .place = recording.wheels.origin.file};
-  if (const auto wheel = reversed_wheel(*pairs, align(recording, robot), robot))
-    problems.push_back(reversal(*wheel, recording, robot));
-  else if (pairs->correlation() < -kTurnsAgree)
-    problems.push_back({.code = FindingCode::gyro_sign, .place = recording.gyro.origin.file});
-  else if (pairs->correlation() < kTurnsAgree && pairs->lesser() > kMuchTurning)
-    problems.push_back(std::move(contrary));
-  else if (pairs->correlation() > kTurnsAgree) {
-    contrary.payload = payload::Times{pairs->slope()};
-    contrary.subjects = sizes_of_turns(robot.chassis);
-    problems.push_back(std::move(contrary));
+  const std::optional<Finding> bias = wrong_bias(recording, robot, overview);
+  if (!bias) {
+    if (auto wrong = wrong_turns(recording, robot, overview)) problems.push_back(*std::move(wrong));
+    return;
   }
+  Robot with_bias = robot;
+  with_bias.chassis.gyro->bias_rad_s = std::get<payload::SteadyRate>(bias->payload).rate_rad_s;
+  const auto wrong = wrong_turns(recording, with_bias, overview_of(recording, with_bias));
+  problems.push_back(wrong ? *wrong : *bias);  // in rpm, bias and turns are both many times too large
 }
 
 }  // namespace trundle::inspection

@@ -171,8 +171,8 @@ void name_wraps(const Recording& recording, const Robot& robot, std::vector<Find
 /// What a gyro in another unit makes seem to be wrong.
 bool is_of_gyro(FindingCode code) {
   using enum FindingCode;
-  constexpr std::array kOfGyro = {gyro_missing, gyro_saturated,      gyro_disturbed, gyro_beyond_its_bias,
-                                  gyro_sign,    gyro_against_wheels, gyro_unit};
+  constexpr std::array kOfGyro = {gyro_missing, gyro_saturated, gyro_disturbed,      gyro_beyond_its_bias,
+                                  gyro_bias,    gyro_sign,      gyro_against_wheels, gyro_unit};
   return std::ranges::find(kOfGyro, code) != kOfGyro.end();
 }
 

@@ -124,6 +124,7 @@ class Gathering {
     }
     overview_.turns = pairs_.sums();
     overview_.turns_of_a_bias_s = pairs_.of_a_bias_s();
+    overview_.gyro_beside_wheels = steady_.turn();
     overview_.turns_unlimited = pairs_unlimited_.sums();
     overview_.gyro_time_offset = clock_.take_offset(start_s_);
     overview_.findings = std::move(findings);
@@ -138,10 +139,14 @@ class Gathering {
   void compare_turns(const Increment& increment) {
     const std::optional<double> unlimited = turns_->until(increment.time_s);
     if (!increment.has_gyro && !unlimited) return;
-    const double by_wheels = twist_of(robot_.chassis, rows_, increment).dtheta;
-    if (increment.has_gyro)
-      pairs_.add(by_wheels, rotation(increment.gyro_rad, increment), increment.duration_s);
-    if (unlimited) pairs_unlimited_.add(by_wheels, rotation(*unlimited, increment), increment.duration_s);
+    const Twist2 by_wheels = twist_of(robot_.chassis, rows_, increment);
+    if (increment.has_gyro) {
+      const double by_gyro = rotation(increment.gyro_rad, increment);
+      pairs_.add(by_wheels.dtheta, by_gyro, increment.duration_s);
+      steady_.add(by_wheels, by_gyro, increment.duration_s);
+    }
+    if (unlimited)
+      pairs_unlimited_.add(by_wheels.dtheta, rotation(*unlimited, increment), increment.duration_s);
   }
 
   const Robot& robot_;
@@ -149,6 +154,7 @@ class Gathering {
   Rows rows_;
   GyroClock clock_;
   TurnPairs pairs_, pairs_unlimited_;
+  SteadyTurns steady_;
   std::vector<StandstillSearch> standstills_;
   bool compares_gyro_ = false;
   Gyro unlimited_;

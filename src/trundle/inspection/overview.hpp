@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "trundle/chassis/robot.hpp"
+#include "trundle/inspection/steady_turn.hpp"
 #include "trundle/recording/recording.hpp"
 #include "trundle/recording/time_offset.hpp"
 #include "trundle/statistics/paired_sums.hpp"
@@ -30,8 +31,9 @@ struct Overview {
   /// where one of them does not show it.
   PairedSums turns;
   double turns_of_a_bias_s = 0.0;  ///< times a bias of the gyro: what it makes of √yy
-  PairedSums turns_unlimited;      ///< the same of a gyro that is never beyond its range
-  double turned_rad = 0.0;         ///< by the gyro, there and back counted twice
+  std::optional<SteadyTurn> gyro_beside_wheels;
+  PairedSums turns_unlimited;  ///< the same of a gyro that is never beyond its range
+  double turned_rad = 0.0;     ///< by the gyro, there and back counted twice
   std::array<std::vector<Standstill>, kMaxWheels> standstills;
   std::array<double, kMaxWheels> way{};                               ///< of each wheel [revolutions]
   std::array<std::array<bool, kMaxWheels>, kMaxWheels> read_alike{};  ///< two wheels in every interval

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "trundle/calibration/preparation/reversed_wheel.hpp"
@@ -56,6 +57,17 @@ std::size_t outside_of_an_arc(std::vector<double> angles, double arc_rad) {
   return n - most;
 }
 
+/// By how much a steered wheel turns for one unit of its column; nothing where the robot file does not say.
+std::optional<double> turned_by_a_unit(const WheelSeries& steering, const Robot& robot) {
+  const auto wheels = robot.chassis.all_wheels();
+  std::size_t index = 0;
+  while (index < wheels.size() && wheel_name(robot, index) != steering.wheel) ++index;
+  if (index == wheels.size() || !wheels[index].steering) return std::nullopt;
+  const SteeringSensor& sensor = *wheels[index].steering;
+  if (is_in_radians(steering)) return sensor.scale;
+  return sensor.scale * 2.0 * kPi / sensor.ticks_per_revolution;
+}
+
 /// No wheel beside one that rolls straight ahead is steered to all sides, as angles in degrees would have it.
 std::optional<Finding> all_round(const Recording& recording, const Robot& robot) {
   constexpr double kArc_rad = 4.8;       // from side to side, and the same driving back
@@ -66,16 +78,24 @@ std::optional<Finding> all_round(const Recording& recording, const Robot& robot)
   };
   if (std::ranges::none_of(robot.chassis.all_wheels(), is_straight)) return std::nullopt;
   for (const WheelSeries& steering : recording.wheels.steering) {
-    if (!is_in_radians(steering)) continue;
+    const std::optional<double> turned_rad = turned_by_a_unit(steering, robot);
+    if (!turned_rad) continue;
+    std::vector<double> angles = steering.value;
     double farthest_rad = 0.0;
-    for (const double angle : steering.value) farthest_rad = std::fmax(farthest_rad, std::abs(angle));
-    const auto outside = static_cast<double>(outside_of_an_arc(steering.value, kArc_rad));
-    if (farthest_rad < kHalfTurn_rad || outside < kShare * static_cast<double>(steering.value.size()))
-      continue;
-    return Finding{.code = FindingCode::steering_unit,
-                   .place = recording.wheels.origin.file,
-                   .subjects = {steering_column_name(steering)},
-                   .payload = payload::Amount{farthest_rad}};
+    for (double& angle : angles) {
+      angle *= *turned_rad;
+      farthest_rad = std::fmax(farthest_rad, std::abs(angle));
+    }
+    if (farthest_rad < kHalfTurn_rad) continue;
+    const auto outside = static_cast<double>(outside_of_an_arc(std::move(angles), kArc_rad));
+    if (outside < kShare * static_cast<double>(steering.value.size())) continue;
+    Finding finding{.code = FindingCode::steering_unit,
+                    .place = recording.wheels.origin.file,
+                    .subjects = {steering_column_name(steering)},
+                    .payload = payload::Amount{farthest_rad}};
+    if (!is_in_radians(steering))
+      finding.payload = payload::Excess{.farthest = farthest_rad, .limit = kArc_rad};
+    return finding;
   }
   return std::nullopt;
 }
@@ -87,31 +107,39 @@ std::vector<std::string> columns_in_radians(const Recording& recording) {
   return names;
 }
 
-}  // namespace
-
-std::optional<Finding> wrong_steering_unit(const Recording& recording, const Robot& robot,
-                                           const Overview& overview) {
-  const std::vector<std::string> columns = columns_in_radians(recording);
-  if (columns.empty()) return std::nullopt;
-  const std::optional<PairedSums> turns =
-      shows_turns(robot.chassis) ? turns_beside(recording, robot, overview.turns) : std::nullopt;
-  if (!turns) return all_round(recording, robot);
-  if (turns_agree(*turns, robot)) {  // or those of the wheels that are not steered do
-    const std::optional<Chassis> others = without_steering(robot.chassis);
-    return others && shows_turns(*others) ? all_round(recording, robot) : std::nullopt;
-  }
-  Finding finding{
-      .code = FindingCode::steering_unit, .place = recording.wheels.origin.file, .subjects = columns};
+/// Of angles with which the wheels do not turn the robot as it turns.
+std::optional<Finding> in_another_unit(const PairedSums& turns, const Recording& recording,
+                                       const Robot& robot) {
+  Finding finding{.code = FindingCode::steering_unit,
+                  .place = recording.wheels.origin.file,
+                  .subjects = columns_in_radians(recording)};
+  if (finding.subjects.empty()) return std::nullopt;
   const double degree = kPi / 180.0;
   // Angles 57 times too large turn it to all sides; wheels that are too large turn it too far, and rightly.
-  const bool turns_rightly = std::abs(turns->correlation()) > kAgree;
+  const bool turns_rightly = std::abs(turns.correlation()) > kAgree;
   if (!turns_rightly && agrees_if_times(degree, recording, robot))
     finding.payload = payload::Times{degree};
   else if (agrees_if_times(1.0 / degree, recording, robot))
     finding.payload = payload::Share{1.0 / degree};
   else
-    return all_round(recording, robot);
+    return std::nullopt;
   return finding;
+}
+
+}  // namespace
+
+std::optional<Finding> wrong_steering_unit(const Recording& recording, const Robot& robot,
+                                           const Overview& overview) {
+  if (recording.wheels.steering.empty()) return std::nullopt;
+  const std::optional<PairedSums> turns =
+      shows_turns(robot.chassis) ? turns_beside(recording, robot, overview.turns) : std::nullopt;
+  if (turns && turns_agree(*turns, robot)) {  // or those of the wheels that are not steered do
+    const std::optional<Chassis> others = without_steering(robot.chassis);
+    if (!others || !shows_turns(*others)) return std::nullopt;
+  } else if (turns) {
+    if (const auto unit = in_another_unit(*turns, recording, robot)) return unit;
+  }
+  return all_round(recording, robot);
 }
 
 }  // namespace trundle::inspection

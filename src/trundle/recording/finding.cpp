@@ -50,6 +50,7 @@ constexpr std::pair<FindingCode, std::string_view> kNames[] = {
     {FindingCode::gyro_saturated, "gyro saturated"},
     {FindingCode::gyro_disturbed, "gyro disturbed"},
     {FindingCode::gyro_beyond_its_bias, "gyro beyond its bias"},
+    {FindingCode::gyro_bias, "gyro bias"},
     {FindingCode::gyro_sign, "gyro sign"},
     {FindingCode::gyro_against_wheels, "gyro against wheels"},
     {FindingCode::unknown_wheel, "unknown wheel"},

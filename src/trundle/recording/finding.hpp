@@ -61,6 +61,7 @@ enum class FindingCode {
   gyro_saturated,
   gyro_disturbed,
   gyro_beyond_its_bias,
+  gyro_bias,  ///< as the robot file has it
   gyro_sign,
   gyro_against_wheels,
   // of the robot file
@@ -168,7 +169,8 @@ struct Standstill {
   double expected_m = 0.0;
 };
 
-/// What a gyro reads while no wheel turns, and its bias as it was known with 1σ.
+/// What a gyro reads while no wheel turns, or beside what the wheels turn, and its bias as it was known with
+/// 1σ.
 struct SteadyRate {
   double duration_s = 0.0;
   double rate_rad_s = 0.0;

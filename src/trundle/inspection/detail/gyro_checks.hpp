@@ -13,7 +13,8 @@ std::optional<Finding> wrong_gyro_unit(const Recording& recording, const Robot& 
                                        const Overview& overview);
 
 /// What else the gyro's turns against the wheels' give away: a sign, a wheel that counts backwards, a track
-/// or counts far off.
+/// or counts far off, an axis about which the robot does not turn, or, where turns agree, a bias that the
+/// robot file takes for unlikely: what is left of them all the while.
 void compare_gyro(const Recording& recording, const Robot& robot, const Overview& overview,
                   std::vector<Finding>& problems);
 

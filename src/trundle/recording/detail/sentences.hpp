@@ -114,6 +114,9 @@ inline constexpr Sentence kSentences[] = {
      "{subject} points to all sides, up to {value:.4g} rad, as no wheel beside one that is not steered does: "
      "of "
      "degrees, recording.toml can say unit = \"deg\" at {subject}"},
+    {steering_unit, with<Excess>,
+     "{subject} points to all sides, up to {farthest:.4g} rad, as no wheel beside one that is not steered "
+     "does: is steering_ticks_per_revolution right? A quadrature encoder has 4 counts for a line"},
     {steering_unit, with<Times>,
      "the wheels turn the robot as it turns if {subjects} {are} of degrees: write unit = \"deg\" there in "
      "recording.toml"},
@@ -207,6 +210,9 @@ inline constexpr Sentence kSentences[] = {
      "{bias:.5f} ± {sigma:.5f} rad/s: it was taken for a turn. If the robot stood still, raise "
      "bias_sigma_rad_s or bias_walk_rad_s_sqrt_s under [gyro]; if it turned, its wheels were locked or "
      "lifted, or its encoders are dead"},
+    {gyro_bias, with<SteadyRate>,
+     "beside what the wheels turn the gyro reads a steady {rate:.4f} rad/s; the robot file says bias_rad_s = "
+     "{bias:.4f} ± {sigma:.4f}: write bias_rad_s = {rate:.4f} under [gyro]"},
     {gyro_sign, alone,
      "the gyro turns the other way than the wheels: it is mounted upside down ([gyro] scale = -1) or left "
      "and "
