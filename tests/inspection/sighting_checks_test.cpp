@@ -35,6 +35,26 @@ TEST(WrongSightings, AreNoneWhereLandmarksStayWhereTheyAre) {
   EXPECT_FALSE(Tour().wrong());
 }
 
+// By headings that drift by a radian landmarks orbit, and stand nearer to where they were if ranges are less.
+TEST(WrongSightings, AreNoneOfARobotThatIsNotCalibrated) {
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    Tour tour;
+    Random random(seed, 6);
+    Scenario scenario;
+    scenario.nominal = scenario.truth = tour.robot;
+    scenario.truth.chassis.wheels()[0].diameter_m *= 1.0 + random.normal(0.04);
+    if (seed % 2 == 0)
+      for (Robot* robot : {&scenario.nominal, &scenario.truth}) robot->chassis.gyro = Gyro{};
+    scenario.steering = Steering::truth;
+    scenario.path = random_tour({.length_m = 40.0}, {}, random);
+    scenario.landmarks = random_landmarks(12, 6.0, 6.0, 1.0, random);
+    scenario.sightings.rate_hz = 5.0;
+    tour.recording = simulate(scenario).recording;
+    tour.robot = scenario.nominal;
+    EXPECT_FALSE(tour.wrong()) << seed;
+  }
+}
+
 TEST(WrongSightings, BearingsToTheRightAreNamed) {
   Tour tour;
   for (Sighting& sighting : tour.recording.sightings) sighting.bearing_rad = -sighting.bearing_rad;

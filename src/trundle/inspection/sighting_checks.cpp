@@ -1,6 +1,7 @@
 #include "trundle/inspection/sighting_checks.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <complex>
 #include <map>
 #include <vector>
@@ -8,6 +9,8 @@
 #include <Eigen/Core>
 #include <Eigen/QR>
 
+#include "trundle/chassis/rows.hpp"
+#include "trundle/odometry/integrate.hpp"
 #include "trundle/recording/csv/units.hpp"
 #include "trundle/recording/detail/motion_path.hpp"
 
@@ -23,7 +26,7 @@ constexpr double kBaseline_m = 1.0;
 constexpr Eigen::Index kFewestPairs = 20;  // of three unknowns: lever and sign of the bearing
 // Of the squared motion: what noise and a robot that is not calibrated leave, and a mistake does not.
 constexpr double kWrong = 0.2;
-// Of that misfit, the most that the mistake which explains it may leave.
+// Of that misfit, the most that the mistake which explains it may leave; and no more than is wrong itself.
 constexpr double kFarLess = 0.25;
 
 /// The plane as complex numbers. A landmark at r e^{ib} in the sensor's frame stands at p + e^{iθ}(l + s r
@@ -40,6 +43,15 @@ struct Seen {
   Complex position, heading;
   double range_m = 0.0, bearing_rad = 0.0;
 };
+
+/// As odometry has it, with the gyro and what is learned of its bias: what wheels that are not calibrated
+/// turn is off by radians before a landmark is seen again.
+std::optional<MotionPath> path_of(const AlignedReadings& readings, const Robot& robot) {
+  if (observability(rows_of(robot.chassis, robot.chassis.gyro.has_value())).rank < 3) return std::nullopt;
+  std::optional<MotionPath> path = motion_path(odometry::integrate(readings, robot).trajectory, INFINITY);
+  if (path) path->bridged = readings.bridged;
+  return path;
+}
 
 /// Where the path first spans a gap, or ends: beyond it poses do not hang together with those before.
 double end_of_first_stretch(const MotionPath& path) {
@@ -114,17 +126,18 @@ std::vector<Explanation> explanations(const TwiceSeen& twice, Complex lever, Com
 std::optional<Finding> wrong_sightings(const Recording& recording, const Robot& robot,
                                        const AlignedReadings& readings) {
   if (!robot.landmark_sensor || recording.sightings.empty()) return std::nullopt;
-  const std::optional<MotionPath> path = motion_path(readings, robot);
-  if (!path || path->time_s.empty()) return std::nullopt;
+  const std::optional<MotionPath> path = path_of(readings, robot);
+  if (!path) return std::nullopt;
   const Pose2& sensor = robot.landmark_sensor->body_from_sensor;
   const TwiceSeen twice = twice_seen(recording.sightings, *path, robot.landmark_sensor->time_offset_s);
   if (twice.moved.size() < kFewestPairs) return std::nullopt;
   const Complex lever(sensor.x, sensor.y), looks = std::polar(1.0, sensor.heading);
   const double misfit = (twice.moved - lever * twice.turned - looks * twice.seen).squaredNorm();
-  if (misfit < kWrong * twice.moved.squaredNorm()) return std::nullopt;
+  const double wrong = kWrong * twice.moved.squaredNorm();
+  if (misfit < wrong) return std::nullopt;
   std::vector<Explanation> all = explanations(twice, lever, looks);
   Explanation& best = *std::ranges::min_element(all, {}, &Explanation::misfit);
-  if (!(best.misfit < kFarLess * misfit)) return std::nullopt;
+  if (!(best.misfit < std::min(kFarLess * misfit, wrong))) return std::nullopt;
   best.finding.place = "sightings";
   return std::move(best.finding);
 }
