@@ -144,10 +144,7 @@ void Comparer::leave_out_slip(double offset_s) {
   }
 }
 
-bool Comparer::is_clearly_better(double offset_s, double other_s) {
-  static_cast<void>(at(offset_s));  // the windows of both
-  const Comparison there = at(other_s);
-  const Comparison here = at(offset_s);
+bool leaves_less(const Comparison& here, const Comparison& there, double sigmas) {
   Vector gain = Vector::Zero(here.channels.front().residual.size());
   for (std::size_t c = 0; c < here.channels.size(); ++c) {
     const double limit = largest_residual(here.channels[c]);
@@ -159,7 +156,13 @@ bool Comparer::is_clearly_better(double offset_s, double other_s) {
   }
   const double sum = gain.sum();
   const Vector scatter = gain.array() - sum / static_cast<double>(gain.size());
-  return sum > kSignificant * std::sqrt(variance_of_sum(scatter, here.times));
+  return sum > sigmas * std::sqrt(variance_of_sum(scatter, here.times));
+}
+
+bool Comparer::is_clearly_better(double offset_s, double other_s) {
+  static_cast<void>(at(offset_s));  // the windows of both
+  const Comparison there = at(other_s);
+  return leaves_less(at(offset_s), there, kSignificant);
 }
 
 bool Comparer::is_clearly_not(double special_s, double offset_s) {

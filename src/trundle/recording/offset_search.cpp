@@ -1,9 +1,43 @@
 #include "trundle/recording/detail/offset_search.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 namespace trundle::recording {
+namespace {
+
+constexpr std::array kSmoothedOver_s = {2.0, 1.0, 0.5, 0.0};
+
+/// Two clocks at the offset that leaves least, in windows where no wheel slips.
+struct Settled {
+  ClockComparison comparison;
+  Comparer compare;
+  double offset_s = 0.0;
+};
+
+Settled settle(ClockComparison comparison, double smoothed_over_s) {
+  const OffsetSearch& search = comparison.search;
+  Comparer compare(comparison.clocks);
+  const double step_s = std::max(search.step_s, 0.25 * smoothed_over_s);
+  const double offset_s = search_from(compare, search.given_s, search.largest_s - step_s, step_s);
+  compare.leave_out_slip(offset_s);
+  return {std::move(comparison), std::move(compare), offset_s};
+}
+
+/// By more than the least of some rough sums is less by chance; in the windows of both.
+bool leaves_less(Settled here, Settled there) {
+  constexpr double kLess = 1.0;  // sigmas
+  std::vector<bool> both = here.compare.windows();
+  for (std::size_t w = 0; w < both.size(); ++w) both[w] = both[w] && there.compare.windows()[w];
+  here.compare.use(both);
+  there.compare.use(both);
+  return leaves_less(here.compare.at(here.offset_s), there.compare.at(there.offset_s), kLess);
+}
+
+}  // namespace
 
 std::vector<TimeOffset> offsets_of(std::span<const Recording> recordings, const OffsetOf& offset_of) {
   std::vector<TimeOffset> offsets;
@@ -41,6 +75,18 @@ std::optional<TimeOffset> find_offset(ClockComparison comparison) {
                     std::abs(*offset - search.given_s) <= search.largest_s;
   if (!told) return std::nullopt;
   return TimeOffset{*offset, sigma, here.correlation()};
+}
+
+std::optional<TimeOffset> find_offset_of_noisy(
+    const std::function<std::optional<ClockComparison>(double over_s)>& smoothed_over) {
+  std::optional<Settled> best;
+  for (const double over_s : kSmoothedOver_s) {
+    std::optional<ClockComparison> comparison = smoothed_over(over_s);
+    if (!comparison) return std::nullopt;
+    Settled settled = settle(*std::move(comparison), over_s);
+    if (!best || leaves_less(settled, *best)) best.emplace(std::move(settled));
+  }
+  return find_offset(std::move(best->comparison));
 }
 
 }  // namespace trundle::recording

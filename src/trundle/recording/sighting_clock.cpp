@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <vector>
@@ -18,10 +17,6 @@ using Vector = Eigen::VectorXd;
 
 // Between two sightings of one landmark that are compared, at most so many windows.
 constexpr double kWindowsApart = 5.0;
-// What the motion may be smoothed over [s]. Noise of wheels moves with the offset, and where it is most of
-// what changes from window to window the least squares are where there is less of it by chance. Bearings know
-// nothing of that noise: smoothing is right as long as it leaves less of them.
-constexpr std::array kSmoothedOver_s = {0.0, 0.5, 1.0, 2.0};
 
 /// One landmark seen twice.
 struct Pair {
@@ -112,22 +107,8 @@ std::optional<ClockComparison> sighting_clocks(const std::vector<Sighting>& sigh
 std::optional<TimeOffset> sighting_time_offset(const std::vector<Sighting>& sightings,
                                                const AlignedReadings& readings, const Robot& robot,
                                                const TimeOffsetOptions& options) {
-  std::optional<ClockComparison> best;
-  double least = INFINITY;
-  for (const double over_s : kSmoothedOver_s) {
-    std::optional<ClockComparison> comparison = sighting_clocks(sightings, readings, robot, options, over_s);
-    if (!comparison) return std::nullopt;
-    const OffsetSearch& search = comparison->search;
-    Comparer compare(comparison->clocks);
-    const double step_s = std::max(search.step_s, 0.25 * over_s);
-    const double offset_s = search_from(compare, search.given_s, search.largest_s - step_s, step_s);
-    compare.leave_out_slip(offset_s);
-    const double left = compare.at(offset_s).misfit();
-    if (left >= least) continue;
-    least = left;
-    best = std::move(comparison);
-  }
-  return best ? find_offset(*std::move(best)) : std::nullopt;
+  return find_offset_of_noisy(
+      [&](double over_s) { return sighting_clocks(sightings, readings, robot, options, over_s); });
 }
 
 }  // namespace trundle::recording

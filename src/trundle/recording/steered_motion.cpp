@@ -63,12 +63,14 @@ double usual_steering_step_s(const Recording& recording, const Robot& robot) {
 
 }  // namespace
 
-SteeredMotion::SteeredMotion(const Recording& recording, const AlignedReadings& readings, const Robot& robot)
+SteeredMotion::SteeredMotion(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
+                             double smoothed_over_s)
     : readings_(readings),
       chassis_(robot.chassis),
       angles_(angles_of(recording, robot)),
       steering_step_s_(usual_steering_step_s(recording, robot)),
       longest_step_s_(std::max(longest_step(recording.wheels.time_s), 5.0 * steering_step_s_)) {
+  angles_.smooth(smoothed_over_s);
   for (const Wheel& wheel : chassis_.all_wheels())
     size_m_ = std::max(size_m_, std::hypot(wheel.x_m, wheel.y_m));
   for (const Wheel& wheel : chassis_.all_wheels()) {

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <span>
 #include <utility>
@@ -22,7 +23,7 @@ namespace {
 /// steering whose zero is off turns the body by a multiple.
 class TurnsBySteering {
  public:
-  explicit TurnsBySteering(const SteeredMotion& motion) : motion_(motion) { move_to(0.0); }
+  explicit TurnsBySteering(SteeredMotion motion) : motion_(std::move(motion)) { move_to(0.0); }
 
   /// Regressors of the windows, whose stamps are moved by `offset_s`.
   Eigen::MatrixXd in(const Windows& windows, double later_s, double offset_s, std::vector<bool>& used) {
@@ -51,7 +52,7 @@ class TurnsBySteering {
     later_s_ = later_s;
   }
 
-  const SteeredMotion& motion_;
+  SteeredMotion motion_;
   double later_s_ = 0.0;
   std::optional<TurnIntegral> turn_, way_;
 };
@@ -100,22 +101,27 @@ OffsetSearch search_of_steering(const TimeOffsetOptions& options, const Steps& s
   return search;
 }
 
-SteeringClocks by_unsteered_wheels(const TurnIntegral& wheels, TurnsBySteering& steering, const Steps& steps,
-                                   const TimeOffsetOptions& options) {
-  OwnTurns own = own_turns(wheels, steps.half_s);
-  keep_inner(steering, 0.0, options.largest_s, own);
-  const auto count = static_cast<Eigen::Index>(own.windows.count);
-  SteeringClocks clocks{.is_possible = true, .by = "wheels"};
-  clocks.steering =
-      find_offset({.clocks = {.fixed = {std::move(own.turns)},
-                              .duration_s = Eigen::VectorXd::Constant(count, steps.half_s),
-                              .used = std::move(own.known),
-                              .moved =
-                                  [&](double later_s, std::vector<bool>& used) {
-                                    return std::vector{steering.in(own.windows, later_s, 0.0, used)};
-                                  }},
-                   .search = search_of_steering(options, steps)});
-  return clocks;
+/// `motion_over`: by angles that are smoothed over so long [s].
+SteeringClocks by_unsteered_wheels(const TurnIntegral& wheels,
+                                   const std::function<SteeredMotion(double over_s)>& motion_over,
+                                   const Steps& steps, const TimeOffsetOptions& options) {
+  const OwnTurns own = own_turns(wheels, steps.half_s);
+  const auto smoothed_over = [&](double over_s) -> std::optional<ClockComparison> {
+    OwnTurns turns = own;
+    TurnsBySteering steering(motion_over(over_s));
+    keep_inner(steering, 0.0, options.largest_s, turns);
+    const auto count = static_cast<Eigen::Index>(turns.windows.count);
+    return ClockComparison{.clocks = {.fixed = {std::move(turns.turns)},
+                                      .duration_s = Eigen::VectorXd::Constant(count, steps.half_s),
+                                      .used = std::move(turns.known),
+                                      .moved =
+                                          [steering = std::move(steering), windows = turns.windows](
+                                              double later_s, std::vector<bool>& used) mutable {
+                                            return std::vector{steering.in(windows, later_s, 0.0, used)};
+                                          }},
+                           .search = search_of_steering(options, steps)};
+  };
+  return {.is_possible = true, .by = "wheels", .steering = find_offset_of_noisy(smoothed_over)};
 }
 
 SteeringClocks by_gyro(const GyroStream& stream, const Gyro& gyro, TurnsBySteering& steering,
@@ -160,11 +166,10 @@ SteeringClocks clocks_of(const Recording& recording, const Robot& robot, const T
   const SteeredMotion motion(recording, readings, robot);
   const double row_s = std::max(usual_interval_s(readings.increments), motion.steering_step_s());
   const std::optional<Gyro>& gyro = robot.chassis.gyro;
-  if (const auto wheels = turns_by_unsteered(readings, robot)) {
-    TurnsBySteering steering(motion);
-    return by_unsteered_wheels(*wheels, steering, {row_s, half_of_a_window(options.window_s, row_s)},
-                               options);
-  }
+  if (const auto wheels = turns_by_unsteered(readings, robot))
+    return by_unsteered_wheels(
+        *wheels, [&](double over_s) { return SteeredMotion(recording, readings, robot, over_s); },
+        {row_s, half_of_a_window(options.window_s, row_s)}, options);
   if (gyro && recording.gyro.time_s.size() >= 2) {
     TurnsBySteering steering(motion);
     const double slower_s = std::max(row_s, median_step(recording.gyro.time_s));

@@ -91,6 +91,21 @@ SteeringAngles::Reading SteeringAngles::at(double time_s, double longest_step_s)
   return reading;
 }
 
+void SteeringAngles::smooth(double over_s) {
+  if (over_s <= 0.0) return;
+  for (std::vector<Sample>& samples : samples_) {
+    std::vector<double> sum_rad{0.0};
+    for (const Sample& sample : samples) sum_rad.push_back(sum_rad.back() + sample.rad);
+    std::size_t first = 0, end = 0;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      while (samples[first].time_s < samples[i].time_s - 0.5 * over_s) ++first;
+      while (end < samples.size() && samples[end].time_s <= samples[i].time_s + 0.5 * over_s) ++end;
+      const std::size_t aside = std::min(i - first, end - 1 - i);
+      samples[i].rad = (sum_rad[i + aside + 1] - sum_rad[i - aside]) / static_cast<double>(2 * aside + 1);
+    }
+  }
+}
+
 void SteeringAngles::forget_before(double time_s) {
   for (std::vector<Sample>& samples : samples_) {
     const auto first_after = std::ranges::lower_bound(samples, time_s, {}, &Sample::time_s);

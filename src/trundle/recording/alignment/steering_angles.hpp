@@ -33,6 +33,9 @@ class SteeringAngles {
   /// Before the first reading, and after the last, that one.
   [[nodiscard]] Reading at(double time_s, double longest_step_s) const;
 
+  /// Makes every reading the mean of those within so long about it, of as many after it as before.
+  void smooth(double over_s);
+
   /// What no time after that needs.
   void forget_before(double time_s);
 

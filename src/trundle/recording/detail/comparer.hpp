@@ -67,6 +67,11 @@ struct Comparison {
   [[nodiscard]] double correlation() const;
 };
 
+/// Whether the squares of one are less than those of another by so many sigmas, by the mean and the scatter
+/// of their differences, window by window, which are the same [Vuong 1989]. Slip counts for no more than
+/// noise may.
+[[nodiscard]] bool leaves_less(const Comparison& here, const Comparison& there, double sigmas);
+
 /// Two clocks at any offset, in the windows that are still used.
 class Comparer {
  public:
@@ -78,8 +83,7 @@ class Comparer {
   /// Leaves out windows with a residual that no noise explains.
   void leave_out_slip(double offset_s);
 
-  /// Whether the squares of one offset are less than those of another by more than chance: by the mean and
-  /// the scatter of their differences, window by window [Vuong 1989]. Slip counts for no more than noise may.
+  /// Whether one offset leaves less than another by more than chance.
   bool is_clearly_better(double offset_s, double other_s);
 
   /// Whether the squares of an offset, the least there are, are less than those of a special one by more than

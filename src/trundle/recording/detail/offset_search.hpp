@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 
 #include "trundle/recording/detail/comparer.hpp"
@@ -12,5 +13,12 @@ namespace trundle::recording {
 /// has the scatter of the residuals, which may hang together over some windows [Newey & West 1987]. Nothing
 /// where hardly a window is left, the sensors do not speak of the same motion, or σ is too large.
 [[nodiscard]] std::optional<TimeOffset> find_offset(ClockComparison comparison);
+
+/// The same where what is moved is noisy, and its noise moves with the offset: `smoothed_over` gives it with
+/// every value the mean of those within so long [s] about it. 2, 1, 0.5 or 0 s: the longest that leaves no more,
+/// by a sigma, of what is fixed, which knows nothing of that noise.
+/// docs/theory/sensor-clock.md, eq. 2. Nothing where it gives nothing.
+[[nodiscard]] std::optional<TimeOffset> find_offset_of_noisy(
+    const std::function<std::optional<ClockComparison>(double over_s)>& smoothed_over);
 
 }  // namespace trundle::recording

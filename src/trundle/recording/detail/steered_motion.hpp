@@ -16,8 +16,9 @@ namespace trundle::recording {
 /// tells a turn without the steering, and does not count.
 class SteeredMotion {
  public:
-  /// The readings must outlive it. Throws as align() does.
-  SteeredMotion(const Recording& recording, const AlignedReadings& readings, const Robot& robot);
+  /// The readings must outlive it. `smoothed_over_s`: what the angles are means over. Throws as align() does.
+  SteeredMotion(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
+                double smoothed_over_s = 0.0);
 
   struct Twists {
     std::vector<Twist2> twist;  ///< of each increment
