@@ -96,6 +96,24 @@ TEST(Findings, a_gyro_that_hears_nothing_of_the_turns_is_named) {
   }
 }
 
+/// Nothing else tells a wheel that counts backwards from a gyro that hears nothing; a dead encoder is told.
+TEST(Findings, on_a_straight_drive_a_gyro_is_not_blamed_for_a_dead_encoder) {
+  Scenario scenario;
+  scenario.nominal = scenario.truth = robot_with_gyro(0.0);
+  scenario.path = joined({pause(3.0), straight(8.0), pause(2.0), straight(-8.0)});
+  scenario.steering = Steering::truth;
+  const Recording recording = simulate(scenario).recording;
+  const auto problems_where_left_is_times = [&](double factor) {
+    Recording faulty = recording;
+    for (double& count : faulty.wheels.series[0].value) count *= factor;
+    return find_in(faulty, &scenario.nominal).problems;
+  };
+  const auto is_blamed = Field(&Finding::code, FindingCode::gyro_against_wheels);
+  EXPECT_THAT(problems_where_left_is_times(0.0), Not(Contains(is_blamed)));
+  EXPECT_THAT(problems_where_left_is_times(-1.0),
+              Contains(finding(FindingCode::gyro_against_wheels, "the sign of each wheel")));
+}
+
 /// Wheels that roll unevenly are no turn that the gyro should hear.
 TEST(Findings, a_straight_drive_says_nothing_of_the_gyro) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {

@@ -43,16 +43,28 @@ TEST(WrongSightings, AreNoneOfARobotThatIsNotCalibrated) {
     Scenario scenario;
     scenario.nominal = scenario.truth = tour.robot;
     scenario.truth.chassis.wheels()[0].diameter_m *= 1.0 + random.normal(0.04);
-    if (seed % 2 == 0)
-      for (Robot* robot : {&scenario.nominal, &scenario.truth}) robot->chassis.gyro = Gyro{};
+    if (seed % 2 == 0) scenario.nominal.chassis.gyro = scenario.truth.chassis.gyro = Gyro{};
+    if (seed % 4 == 0) scenario.truth.chassis.gyro->bias_rad_s = 0.03;
     scenario.steering = Steering::truth;
-    scenario.path = random_tour({.length_m = 40.0}, {}, random);
+    scenario.path = joined({random_tour({.length_m = 20.0}, {}, random),
+                            {{{}, 3.0}},
+                            random_tour({.length_m = 20.0}, {}, random)});
     scenario.landmarks = random_landmarks(12, 6.0, 6.0, 1.0, random);
     scenario.sightings.rate_hz = 5.0;
     tour.recording = simulate(scenario).recording;
     tour.robot = scenario.nominal;
     EXPECT_FALSE(tour.wrong()) << seed;
   }
+}
+
+/// Pods see no turns.
+TEST(WrongSightings, AreNoneWhereTheGyroThatTheRobotNeedsWasNotRecorded) {
+  Tour tour;
+  tour.robot.chassis.gyro = Gyro{};
+  tour.robot.chassis.wheels()[1] = tour.robot.chassis.wheels()[0];
+  tour.robot.chassis.wheels()[1].kind = WheelKind::omni;
+  tour.robot.chassis.wheels()[1].direction_rad = kPi / 2.0;
+  EXPECT_FALSE(tour.wrong());
 }
 
 TEST(WrongSightings, BearingsToTheRightAreNamed) {

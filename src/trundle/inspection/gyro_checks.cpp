@@ -8,6 +8,7 @@
 
 #include "trundle/calibration/preparation/reversed_wheel.hpp"
 #include "trundle/odometry/gyro_noise.hpp"
+#include "trundle/odometry/odometer.hpp"
 #include "trundle/odometry/rest.hpp"
 #include "trundle/recording/alignment/align.hpp"
 #include "trundle/recording/turns.hpp"
@@ -40,18 +41,26 @@ constexpr double kHardlyTurns = 0.1;      // of what the wheels turn: no track i
 /// wheels.
 std::vector<std::string> sizes_of_turns(const Chassis& chassis, double times) {
   std::vector<std::string> keys;
-  if (times < kHardlyTurns) keys.emplace_back("the axis of the gyro's column (up)");
+  if (times < kHardlyTurns) keys = {"the axis of the gyro's column (up)", "the sign of each wheel"};
   keys.emplace_back("y_m (half the track)");
   if (is_steered(chassis)) keys.emplace_back("x_m and steering_scale of steered wheels");
   return keys;
 }
 
 /// Whether the robot turns by more than noise: by the gyro more than its bias, as the robot file knows it,
-/// may make, or by the wheels more than those that roll unevenly do.
+/// may make, or by the wheels, beside what those do that roll unevenly or not at all.
 bool is_turning(const Gyro& gyro, const Overview& overview) {
   const double by_bias_rad = gyro.bias_sigma_rad_s * overview.turns_of_a_bias_s;
   return std::sqrt(overview.turns.yy) > std::max(kLeastTurning_rad, kSignificant * by_bias_rad) ||
-         std::sqrt(overview.turns.xx) > kMuchTurning_rad;
+         (overview.gyro_beside_wheels && overview.gyro_beside_wheels->wheels_turn_rad > kMuchTurning_rad);
+}
+
+/// Whether it was found that a wheel's readings are not its turns.
+bool has_dead_counts(const std::vector<Finding>& problems) {
+  using enum FindingCode;
+  return std::ranges::any_of(problems, [](const Finding& problem) {
+    return problem.code == stuck_encoder || problem.code == counter_reset || problem.code == counter_jump;
+  });
 }
 
 /// A bias so far from what the robot file takes for likely that no rest is recognised by it.
@@ -59,21 +68,26 @@ std::optional<Finding> wrong_bias(const Recording& recording, const Robot& robot
   constexpr double kAgreeWell = 0.9;  // correlation: 81 % of the variance
   const std::optional<SteadyTurn>& steady = overview.gyro_beside_wheels;
   if (!steady || std::abs(steady->correlation) < kAgreeWell) return std::nullopt;
+  const std::optional<TimeOffset>& clock = overview.gyro_time_offset;
+  if (clock && is_off(*clock, robot.chassis.gyro->time_offset_s))
+    return std::nullopt;  // turns of other times
   const Gyro& gyro = *robot.chassis.gyro;
   const double off_rad_s = steady->rate_rad_s / gyro.scale;
-  if (std::abs(off_rad_s) <
-      RestOptions{}.sigmas * std::hypot(gyro.bias_sigma_rad_s, steady->sigma_rad_s / gyro.scale))
+  const double likely_rad_s = std::hypot(odometry::initial_bias_sigma(robot),
+                                         gyro.bias_walk_rad_s_sqrt_s * std::sqrt(steady->duration_s));
+  if (std::abs(off_rad_s) < RestOptions{}.sigmas * std::hypot(likely_rad_s, steady->sigma_rad_s / gyro.scale))
     return std::nullopt;
   return Finding{.code = FindingCode::gyro_bias,
                  .place = recording.gyro.origin.file,
                  .payload = payload::SteadyRate{.duration_s = steady->duration_s,
                                                 .rate_rad_s = gyro.bias_rad_s + off_rad_s,
                                                 .bias_rad_s = gyro.bias_rad_s,
-                                                .sigma_rad_s = gyro.bias_sigma_rad_s}};
+                                                .sigma_rad_s = likely_rad_s}};
 }
 
-/// What is wrong with the turns, whatever the bias.
-std::optional<Finding> wrong_turns(const Recording& recording, const Robot& robot, const Overview& overview) {
+/// What is wrong with the turns, whatever the bias; `counts_turns`: no wheel is known not to.
+std::optional<Finding> wrong_turns(const Recording& recording, const Robot& robot, const Overview& overview,
+                                   bool counts_turns) {
   const PairedSums& turns = overview.turns;
   if (turns.xx < kLeastTurning_rad * kLeastTurning_rad || !is_turning(*robot.chassis.gyro, overview) ||
       turns_agree(turns, robot))
@@ -86,7 +100,7 @@ std::optional<Finding> wrong_turns(const Recording& recording, const Robot& robo
   if (turns.correlation() <= kTurnsAgree && turns.lesser() > kMuchTurning_rad) return contrary;
   const bool agree = turns.correlation() > kTurnsAgree;
   const double times = agree ? turns.slope() : std::sqrt(turns.yy / turns.xx);
-  if (!agree && times > kHardlyTurns) return std::nullopt;
+  if (!agree && (times > kHardlyTurns || !counts_turns)) return std::nullopt;
   contrary.payload = payload::Times{times};
   contrary.subjects = sizes_of_turns(robot.chassis, times);
   return contrary;
@@ -123,14 +137,16 @@ std::optional<Finding> louder_gyro(const Recording& recording, const Robot& robo
 
 void compare_gyro(const Recording& recording, const Robot& robot, const Overview& overview,
                   std::vector<Finding>& problems) {
+  const bool counts_turns = !has_dead_counts(problems);
   const std::optional<Finding> bias = wrong_bias(recording, robot, overview);
   if (!bias) {
-    if (auto wrong = wrong_turns(recording, robot, overview)) problems.push_back(*std::move(wrong));
+    if (auto wrong = wrong_turns(recording, robot, overview, counts_turns))
+      problems.push_back(*std::move(wrong));
     return;
   }
   Robot with_bias = robot;
   with_bias.chassis.gyro->bias_rad_s = std::get<payload::SteadyRate>(bias->payload).rate_rad_s;
-  const auto wrong = wrong_turns(recording, with_bias, overview_of(recording, with_bias));
+  const auto wrong = wrong_turns(recording, with_bias, overview_of(recording, with_bias), counts_turns);
   problems.push_back(wrong ? *wrong : *bias);  // in rpm, bias and turns are both many times too large
 }
 

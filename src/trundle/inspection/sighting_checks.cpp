@@ -10,6 +10,7 @@
 #include <Eigen/QR>
 
 #include "trundle/chassis/rows.hpp"
+#include "trundle/io/error.hpp"
 #include "trundle/odometry/integrate.hpp"
 #include "trundle/recording/csv/units.hpp"
 #include "trundle/recording/detail/motion_path.hpp"
@@ -44,13 +45,30 @@ struct Seen {
   double range_m = 0.0, bearing_rad = 0.0;
 };
 
-/// As odometry has it, with the gyro and what is learned of its bias: what wheels that are not calibrated
-/// turn is off by radians before a landmark is seen again.
-std::optional<MotionPath> path_of(const AlignedReadings& readings, const Robot& robot) {
+/// As odometry has it, with the gyro and the bias that it learned in the end: what wheels that are not
+/// calibrated turn is off by radians before a landmark is seen again, and what a bias that is learned on the
+/// way moves a pose by is no motion. Nothing where odometry cannot tell.
+std::optional<MotionPath> path_of(const AlignedReadings& readings, const Robot& robot) try {
   if (observability(rows_of(robot.chassis, robot.chassis.gyro.has_value())).rank < 3) return std::nullopt;
-  std::optional<MotionPath> path = motion_path(odometry::integrate(readings, robot).trajectory, INFINITY);
-  if (path) path->bridged = readings.bridged;
+  Robot told = robot;
+  if (robot.chassis.gyro) {
+    const auto keeps_none = [](std::size_t) { return false; };
+    told.chassis.gyro->bias_rad_s =
+        odometry::integrate(readings, robot, {.keeps = keeps_none}).end_gyro_bias.rad_s;
+  }
+  const odometry::IntegrateOptions plain{.with_covariance = false, .learn_gyro_bias = false};
+  std::optional<MotionPath> path =
+      motion_path(odometry::integrate(readings, told, plain).trajectory, INFINITY);
+  if (!path) return std::nullopt;
+  path->bridged = readings.bridged;
+  if (observability(rows_of(robot.chassis, false)).rank < 3)
+    for (std::size_t i = 0; i < path->bridged.size(); ++i)
+      if (!readings.increments[i].has_gyro) path->bridged[i] = true;
   return path;
+} catch (const InputError&) {
+  return std::nullopt;
+} catch (const CannotAnswer&) {
+  return std::nullopt;
 }
 
 /// Where the path first spans a gap, or ends: beyond it poses do not hang together with those before.

@@ -11,14 +11,17 @@ namespace trundle::inspection {
 /// What something turns all the while beside what the wheels turn.
 struct SteadyTurn {
   double rate_rad_s = 0.0;
-  double sigma_rad_s = 0.0;  ///< 1σ by what is left of the turns
-  double duration_s = 0.0;   ///< over which it was seen
-  double correlation = 0.0;  ///< of both turns, beside what diameters and a steady rate make of them
+  /// 1σ by what is left of the turns, and by what noise of the wheels' takes from a where they turn one way.
+  double sigma_rad_s = 0.0;
+  double duration_s = 0.0;       ///< over which it was seen
+  double correlation = 0.0;      ///< of both turns, beside what diameters and a steady rate make of them
+  double wheels_turn_rad = 0.0;  ///< of the wheels beside the same: root of the sum of squares
 };
 
 /// Least squares, over pieces of half a second, of
-///   turn = a · turn by wheels + c · way + b · time
-/// where a stands for a wrong scale or track, c for diameters that differ or a steering's zero, b is sought.
+///   turn = a · turn by wheels + c · way ahead + d · way aside + b · time
+/// where a stands for a wrong scale or track, c and d for diameters that differ or a steering's zero; b is
+/// sought.
 class SteadyTurns {
  public:
   /// Of an interval in which both tell.
@@ -27,9 +30,12 @@ class SteadyTurns {
   [[nodiscard]] std::optional<SteadyTurn> turn() const;
 
  private:
-  Eigen::Vector4d piece_ = Eigen::Vector4d::Zero();    ///< time, way, turn by wheels, turn
-  Eigen::Matrix4d moments_ = Eigen::Matrix4d::Zero();  ///< of the complete ones
-  double duration_s_ = 0.0;
+  using Vector5 = Eigen::Matrix<double, 5, 1>;
+  using Matrix5 = Eigen::Matrix<double, 5, 5>;
+
+  Vector5 piece_ = Vector5::Zero();    ///< time, way ahead and aside, turn by wheels, turn
+  Vector5 sum_ = Vector5::Zero();      ///< of the complete ones
+  Matrix5 moments_ = Matrix5::Zero();  ///< of the same
   int pieces_ = 0;
 };
 

@@ -27,14 +27,14 @@ Settled settle(ClockComparison comparison, double smoothed_over_s) {
   return {std::move(comparison), std::move(compare), offset_s};
 }
 
-/// By more than the least of some rough sums is less by chance; in the windows of both.
-bool leaves_less(Settled here, Settled there) {
+/// By more than the least of some rough sums is less by chance, in the windows of the first: the other may
+/// have left out as slip what it cannot follow.
+bool leaves_less(Settled& here, Settled& there) {
   constexpr double kLess = 1.0;  // sigmas
-  std::vector<bool> both = here.compare.windows();
-  for (std::size_t w = 0; w < both.size(); ++w) both[w] = both[w] && there.compare.windows()[w];
-  here.compare.use(both);
-  there.compare.use(both);
-  return leaves_less(here.compare.at(here.offset_s), there.compare.at(there.offset_s), kLess);
+  there.compare.use(here.compare.windows());
+  const Comparison other = there.compare.at(there.offset_s);
+  here.compare.use(there.compare.windows());
+  return leaves_less(here.compare.at(here.offset_s), other, kLess);
 }
 
 }  // namespace

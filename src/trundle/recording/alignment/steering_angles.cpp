@@ -95,7 +95,10 @@ void SteeringAngles::smooth(double over_s) {
   if (over_s <= 0.0) return;
   for (std::vector<Sample>& samples : samples_) {
     std::vector<double> sum_rad{0.0};
-    for (const Sample& sample : samples) sum_rad.push_back(sum_rad.back() + sample.rad);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      if (i > 0) samples[i].rad = turned_near(samples[i].rad, samples[i - 1].rad);
+      sum_rad.push_back(sum_rad.back() + samples[i].rad);
+    }
     std::size_t first = 0, end = 0;
     for (std::size_t i = 0; i < samples.size(); ++i) {
       while (samples[first].time_s < samples[i].time_s - 0.5 * over_s) ++first;
