@@ -15,9 +15,9 @@ namespace trundle::recording {
 [[nodiscard]] std::optional<TimeOffset> find_offset(ClockComparison comparison);
 
 /// The same where what is moved is noisy, and its noise moves with the offset: `smoothed_over` gives it with
-/// every value the mean of those within so long [s] about it. 2, 1, 0.5 or 0 s: the longest that leaves no more,
-/// by a sigma, of what is fixed, which knows nothing of that noise.
-/// docs/theory/sensor-clock.md, eq. 2. Nothing where it gives nothing.
+/// every value the mean of those within so long [s] about it. 2, 1, 0.5 or 0 s: the longest that leaves no
+/// more, by a sigma, of what is fixed, which knows nothing of that noise. docs/theory/sensor-clock.md, eq. 2.
+/// Nothing where it gives nothing.
 [[nodiscard]] std::optional<TimeOffset> find_offset_of_noisy(
     const std::function<std::optional<ClockComparison>(double over_s)>& smoothed_over);
 
