@@ -34,8 +34,7 @@ Finding reversal(std::size_t wheel, const Recording& recording, Robot robot) {
   return finding;
 }
 
-constexpr double kMuchTurning_rad = 1.0;  // root of the sum of squares
-constexpr double kHardlyTurns = 0.1;      // of what the wheels turn: no track is so far off
+constexpr double kHardlyTurns = 0.1;  // of what the wheels turn: no track is so far off
 
 /// What may be wrong, besides what travel is counted by, where the gyro turns so many times as far as the
 /// wheels.

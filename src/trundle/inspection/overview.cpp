@@ -122,8 +122,8 @@ class Gathering {
       standstills_[w].finish();
       overview_.standstills[w] = std::move(standstills_[w].found());
     }
-    overview_.turns = pairs_.sums();
-    overview_.turns_of_a_bias_s = pairs_.of_a_bias_s();
+    overview_.turns = steady_.pairs();
+    overview_.turns_of_a_bias_s = steady_.of_a_bias_s();
     overview_.gyro_beside_wheels = steady_.turn();
     overview_.turns_unlimited = pairs_unlimited_.sums();
     overview_.gyro_time_offset = clock_.take_offset(start_s_);
@@ -140,11 +140,8 @@ class Gathering {
     const std::optional<double> unlimited = turns_->until(increment.time_s);
     if (!increment.has_gyro && !unlimited) return;
     const Twist2 by_wheels = twist_of(robot_.chassis, rows_, increment);
-    if (increment.has_gyro) {
-      const double by_gyro = rotation(increment.gyro_rad, increment);
-      pairs_.add(by_wheels.dtheta, by_gyro, increment.duration_s);
-      steady_.add(by_wheels, by_gyro, increment.duration_s);
-    }
+    if (increment.has_gyro)
+      steady_.add(by_wheels, rotation(increment.gyro_rad, increment), increment.duration_s);
     if (unlimited)
       pairs_unlimited_.add(by_wheels.dtheta, rotation(*unlimited, increment), increment.duration_s);
   }
@@ -153,7 +150,7 @@ class Gathering {
   std::size_t wheels_;
   Rows rows_;
   GyroClock clock_;
-  TurnPairs pairs_, pairs_unlimited_;
+  TurnPairs pairs_unlimited_;
   SteadyTurns steady_;
   std::vector<StandstillSearch> standstills_;
   bool compares_gyro_ = false;

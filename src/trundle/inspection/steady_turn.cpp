@@ -5,6 +5,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "trundle/recording/turns.hpp"
+
 namespace trundle::inspection {
 namespace {
 
@@ -14,15 +16,22 @@ constexpr double kCollinear = 1e-9;  // of unit columns: what they do not tell a
 }  // namespace
 
 void SteadyTurns::add(const Twist2& by_wheels, double turn_rad, double duration_s) {
-  constexpr double kPiece_s = 0.5;  // as TurnPairs has it
   Vector5 interval;
   interval << duration_s, by_wheels.dx, by_wheels.dy, by_wheels.dtheta, turn_rad;
   piece_ += interval;
-  if (piece_[0] < kPiece_s) return;
+  if (piece_[0] < kPieceOfTurns_s) return;
   sum_ += piece_;
   moments_ += piece_ * piece_.transpose();
   ++pieces_;
   piece_.setZero();
+}
+
+PairedSums SteadyTurns::pairs() const {
+  return {.xx = moments_(3, 3), .yy = moments_(4, 4), .xy = moments_(3, 4)};
+}
+
+double SteadyTurns::of_a_bias_s() const {
+  return std::sqrt(moments_(0, 0));
 }
 
 std::optional<SteadyTurn> SteadyTurns::turn() const {

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 
 #include "trundle/geometry/pose2.hpp"
+#include "trundle/statistics/paired_sums.hpp"
 
 namespace trundle::inspection {
 
@@ -18,7 +19,7 @@ struct SteadyTurn {
   double wheels_turn_rad = 0.0;  ///< of the wheels beside the same: root of the sum of squares
 };
 
-/// Least squares, over pieces of half a second, of
+/// Pieces as TurnPairs has them, with the ways: their sums, and least squares of
 ///   turn = a · turn by wheels + c · way ahead + d · way aside + b · time
 /// where a stands for a wrong scale or track, c and d for diameters that differ or a steering's zero; b is
 /// sought.
@@ -26,6 +27,10 @@ class SteadyTurns {
  public:
   /// Of an interval in which both tell.
   void add(const Twist2& by_wheels, double turn_rad, double duration_s);
+  /// By the wheels (x) and by the other (y), of the pieces that are complete.
+  [[nodiscard]] PairedSums pairs() const;
+  /// Root of the sum of squares of their durations: times a bias, that of the turns that it makes.
+  [[nodiscard]] double of_a_bias_s() const;
   /// Nothing of a few pieces.
   [[nodiscard]] std::optional<SteadyTurn> turn() const;
 

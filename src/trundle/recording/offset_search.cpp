@@ -13,18 +13,20 @@ constexpr std::array kSmoothedOver_s = {2.0, 1.0, 0.5, 0.0};
 
 /// Two clocks at the offset that leaves least, in windows where no wheel slips.
 struct Settled {
-  ClockComparison comparison;
   Comparer compare;
+  OffsetSearch search;
+  std::vector<bool> all;  ///< windows, those with slip too
   double offset_s = 0.0;
 };
 
 Settled settle(ClockComparison comparison, double smoothed_over_s) {
-  const OffsetSearch& search = comparison.search;
-  Comparer compare(comparison.clocks);
+  Settled settled{.compare = Comparer(std::move(comparison.clocks)), .search = comparison.search, .all = {}};
+  const OffsetSearch& search = settled.search;
+  settled.all = settled.compare.windows();
   const double step_s = std::max(search.step_s, 0.25 * smoothed_over_s);
-  const double offset_s = search_from(compare, search.given_s, search.largest_s - step_s, step_s);
-  compare.leave_out_slip(offset_s);
-  return {std::move(comparison), std::move(compare), offset_s};
+  settled.offset_s = search_from(settled.compare, search.given_s, search.largest_s - step_s, step_s);
+  settled.compare.leave_out_slip(settled.offset_s);
+  return settled;
 }
 
 /// By more than the least of some rough sums is less by chance, in the windows of the first: the other may
@@ -35,6 +37,19 @@ bool leaves_less(Settled& here, Settled& there) {
   const Comparison other = there.compare.at(there.offset_s);
   here.compare.use(there.compare.windows());
   return leaves_less(here.compare.at(here.offset_s), other, kLess);
+}
+
+std::optional<TimeOffset> offset_by(Comparer compare, const OffsetSearch& search) {
+  const std::optional<double> offset = settled_offset(compare, search);
+  if (!offset) return std::nullopt;
+  const Comparison here = compare.at(*offset);
+  const Comparison before = compare.at(*offset - search.change_s),
+                   after = compare.at(*offset + search.change_s);
+  const double sigma = std::hypot(sigma_of({before, here, after, search.change_s}), search.least_sigma_s);
+  const bool told = speak_of_one_motion(here, search) && sigma <= search.largest_sigma_s &&
+                    std::abs(*offset - search.given_s) <= search.largest_s;
+  if (!told) return std::nullopt;
+  return TimeOffset{*offset, sigma, here.correlation()};
 }
 
 }  // namespace
@@ -63,18 +78,7 @@ bool is_off(const TimeOffset& found, double given_s) {
 }
 
 std::optional<TimeOffset> find_offset(ClockComparison comparison) {
-  const OffsetSearch& search = comparison.search;
-  Comparer compare(std::move(comparison.clocks));
-  const std::optional<double> offset = settled_offset(compare, search);
-  if (!offset) return std::nullopt;
-  const Comparison here = compare.at(*offset);
-  const Comparison before = compare.at(*offset - search.change_s),
-                   after = compare.at(*offset + search.change_s);
-  const double sigma = std::hypot(sigma_of({before, here, after, search.change_s}), search.least_sigma_s);
-  const bool told = speak_of_one_motion(here, search) && sigma <= search.largest_sigma_s &&
-                    std::abs(*offset - search.given_s) <= search.largest_s;
-  if (!told) return std::nullopt;
-  return TimeOffset{*offset, sigma, here.correlation()};
+  return offset_by(Comparer(std::move(comparison.clocks)), comparison.search);
 }
 
 std::optional<TimeOffset> find_offset_of_noisy(
@@ -86,7 +90,8 @@ std::optional<TimeOffset> find_offset_of_noisy(
     Settled settled = settle(*std::move(comparison), over_s);
     if (!best || leaves_less(settled, *best)) best.emplace(std::move(settled));
   }
-  return find_offset(std::move(best->comparison));
+  best->compare.use(best->all);
+  return offset_by(std::move(best->compare), best->search);
 }
 
 }  // namespace trundle::recording

@@ -63,14 +63,12 @@ double usual_steering_step_s(const Recording& recording, const Robot& robot) {
 
 }  // namespace
 
-SteeredMotion::SteeredMotion(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
-                             double smoothed_over_s)
+SteeredMotion::SteeredMotion(const Recording& recording, const AlignedReadings& readings, const Robot& robot)
     : readings_(readings),
       chassis_(robot.chassis),
       angles_(angles_of(recording, robot)),
       steering_step_s_(usual_steering_step_s(recording, robot)),
       longest_step_s_(std::max(longest_step(recording.wheels.time_s), 5.0 * steering_step_s_)) {
-  angles_.smooth(smoothed_over_s);
   for (const Wheel& wheel : chassis_.all_wheels())
     size_m_ = std::max(size_m_, std::hypot(wheel.x_m, wheel.y_m));
   for (const Wheel& wheel : chassis_.all_wheels()) {
@@ -79,6 +77,12 @@ SteeredMotion::SteeredMotion(const Recording& recording, const AlignedReadings& 
     row.z() /= size_m_;
     unsteered_ += row * row.transpose();
   }
+}
+
+SteeredMotion SteeredMotion::smoothed(double over_s) const {
+  SteeredMotion motion = *this;
+  motion.angles_.smooth(over_s);
+  return motion;
 }
 
 /// The twist that no lateral row sees, of any length; nothing where it is more than one.

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <optional>
 #include <span>
 #include <utility>
@@ -101,14 +100,12 @@ OffsetSearch search_of_steering(const TimeOffsetOptions& options, const Steps& s
   return search;
 }
 
-/// `motion_over`: by angles that are smoothed over so long [s].
-SteeringClocks by_unsteered_wheels(const TurnIntegral& wheels,
-                                   const std::function<SteeredMotion(double over_s)>& motion_over,
+SteeringClocks by_unsteered_wheels(const TurnIntegral& wheels, const SteeredMotion& motion,
                                    const Steps& steps, const TimeOffsetOptions& options) {
   const OwnTurns own = own_turns(wheels, steps.half_s);
   const auto smoothed_over = [&](double over_s) -> std::optional<ClockComparison> {
     OwnTurns turns = own;
-    TurnsBySteering steering(motion_over(over_s));
+    TurnsBySteering steering(motion.smoothed(over_s));
     keep_inner(steering, 0.0, options.largest_s, turns);
     const auto count = static_cast<Eigen::Index>(turns.windows.count);
     return ClockComparison{.clocks = {.fixed = {std::move(turns.turns)},
@@ -167,9 +164,7 @@ SteeringClocks clocks_of(const Recording& recording, const Robot& robot, const T
   const double row_s = std::max(usual_interval_s(readings.increments), motion.steering_step_s());
   const std::optional<Gyro>& gyro = robot.chassis.gyro;
   if (const auto wheels = turns_by_unsteered(readings, robot))
-    return by_unsteered_wheels(
-        *wheels, [&](double over_s) { return SteeredMotion(recording, readings, robot, over_s); },
-        {row_s, half_of_a_window(options.window_s, row_s)}, options);
+    return by_unsteered_wheels(*wheels, motion, {row_s, half_of_a_window(options.window_s, row_s)}, options);
   if (gyro && recording.gyro.time_s.size() >= 2) {
     TurnsBySteering steering(motion);
     const double slower_s = std::max(row_s, median_step(recording.gyro.time_s));

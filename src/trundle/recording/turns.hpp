@@ -12,6 +12,11 @@ namespace trundle::recording {
 
 /// Root of the sum of squares [rad] with which turns can be compared.
 inline constexpr double kLeastTurning_rad = 0.1;
+/// The same, far more than a bias sums up to.
+inline constexpr double kMuchTurning_rad = 1.0;
+/// Over which turns are compared: a turn then is many counts, clocks that differ by some 10 ms hardly matter,
+/// and few turn back within it.
+inline constexpr double kPieceOfTurns_s = 0.5;
 /// Correlation of turns that show the same motion.
 inline constexpr double kTurnsAgree = 0.5;
 
@@ -21,25 +26,18 @@ class TurnPairs {
  public:
   /// Of an interval in which both tell.
   void add(double by_wheels_rad, double by_other_rad, double duration_s) {
-    // A turn then is many counts, clocks that differ by some 10 ms hardly matter, and few turn back within
-    // it.
-    constexpr double kPiece_s = 0.5;
     by_wheels_rad_ += by_wheels_rad;
     by_other_rad_ += by_other_rad;
     duration_s_ += duration_s;
-    if (duration_s_ < kPiece_s) return;
+    if (duration_s_ < kPieceOfTurns_s) return;
     sums_.add(by_wheels_rad_, by_other_rad_);
-    squares_s2_ += duration_s_ * duration_s_;
     by_wheels_rad_ = by_other_rad_ = duration_s_ = 0.0;
   }
   /// Of the pieces that are complete.
   [[nodiscard]] const PairedSums& sums() const { return sums_; }
-  /// Root of the sum of squares of their durations: times a bias, that of the turns that it makes.
-  [[nodiscard]] double of_a_bias_s() const { return std::sqrt(squares_s2_); }
 
  private:
   PairedSums sums_;
-  double squares_s2_ = 0.0;
   double by_wheels_rad_ = 0.0, by_other_rad_ = 0.0, duration_s_ = 0.0;
 };
 

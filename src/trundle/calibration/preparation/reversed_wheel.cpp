@@ -5,8 +5,6 @@
 namespace trundle::calibration {
 namespace {
 
-// Root of the sum of squares: far more than a bias sums up to.
-constexpr double kMuchTurning_rad = 1.0;
 constexpr double kOtherTurn = 1.8;      // slip makes less of a turn
 constexpr double kAgreeReversed = 0.9;  // correlation: 81 % of the variance, not the 25 % of kTurnsAgree
 constexpr double kLeft = 0.25;          // of the variance that wheels as they are leave unexplained

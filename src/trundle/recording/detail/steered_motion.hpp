@@ -16,9 +16,10 @@ namespace trundle::recording {
 /// tells a turn without the steering, and does not count.
 class SteeredMotion {
  public:
-  /// The readings must outlive it. `smoothed_over_s`: what the angles are means over. Throws as align() does.
-  SteeredMotion(const Recording& recording, const AlignedReadings& readings, const Robot& robot,
-                double smoothed_over_s = 0.0);
+  /// The readings must outlive it. Throws as align() does.
+  SteeredMotion(const Recording& recording, const AlignedReadings& readings, const Robot& robot);
+  /// The same by angles that are means over so long.
+  [[nodiscard]] SteeredMotion smoothed(double over_s) const;
 
   struct Twists {
     std::vector<Twist2> twist;  ///< of each increment
