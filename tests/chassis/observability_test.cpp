@@ -69,6 +69,15 @@ TEST(Observability, two_wheels_of_one_side_alone_are_confusable) {
   EXPECT_THAT(o.confusable, testing::Contains(Pair(0, 1)));
 }
 
+/// Whatever the cosine of a right angle is rounded to.
+TEST(Observability, wheels_that_roll_along_their_axle_check_each_other) {
+  Chassis chassis = differential_drive({0.1, 1000.0, 0}, 0.3);
+  for (Wheel& wheel : chassis.wheels()) wheel.direction_rad = -kPi / 2.0;
+  const Combinations P = left_null_space(rows_of(chassis, false));
+  ASSERT_EQ(P.cols(), 1);
+  EXPECT_NEAR(P(0, 0), -P(1, 0), 1e-12);
+}
+
 TEST(Observability, names_the_direction_that_two_pods_without_gyro_miss) {
   const Chassis chassis = test::two_pods();
   const Rows rows = rows_of(chassis, false);

@@ -68,6 +68,21 @@ TEST(Findings, a_bias_that_no_rest_would_be_recognised_by_is_named_with_its_valu
   for (const Robot& right : {vague, told}) EXPECT_THAT(find_in(recording, &right).problems, IsEmpty());
 }
 
+/// Each wheel that stands still seems to be rolled by a bias.
+TEST(Findings, a_wrong_bias_makes_no_encoder_seem_stuck) {
+  Scenario scenario;
+  scenario.nominal = scenario.truth = robot_with_gyro(0.0);
+  scenario.path =
+      joined({straight(3.0), turn_on_the_spot(2.0), pause(4.0), straight(3.0), turn_on_the_spot(-3.0),
+              pause(4.0), straight(2.0), turn_on_the_spot(1.5), straight(2.0)});
+  scenario.steering = Steering::truth;
+  const Recording recording = simulate(scenario).recording;
+  Robot robot = scenario.nominal;
+  robot.chassis.gyro->bias_rad_s = 0.3;
+  EXPECT_THAT(find_in(recording, &robot).problems,
+              ElementsAre(finding(FindingCode::gyro_bias, "write bias_rad_s = ")));
+}
+
 /// One that is read wrongly may look biased, too.
 TEST(Findings, a_gyro_in_rpm_turns_too_far_and_is_not_called_biased) {
   Robot truth = robot_with_gyro(0.0);
@@ -112,6 +127,23 @@ TEST(Findings, on_a_straight_drive_a_gyro_is_not_blamed_for_a_dead_encoder) {
   EXPECT_THAT(problems_where_left_is_times(0.0), Not(Contains(is_blamed)));
   EXPECT_THAT(problems_where_left_is_times(-1.0),
               Contains(finding(FindingCode::gyro_against_wheels, "the sign of each wheel")));
+}
+
+/// Wheels of one axle, rolling along it, would read alike in every motion.
+TEST(Findings, wheels_that_no_motion_explains_are_named) {
+  for (const bool has_gyro : {false, true}) {
+    Robot robot = has_gyro ? robot_with_gyro(0.0) : test::two_wheels();
+    Scenario scenario;
+    scenario.nominal = scenario.truth = robot;
+    for (int side = 0; side < 4; ++side)
+      scenario.path = joined({scenario.path, straight(2.0), turn_on_the_spot(kPi / 2.0)});
+    scenario.steering = Steering::truth;
+    const Recording recording = simulate(scenario).recording;
+    EXPECT_THAT(find_in(recording, &robot).problems, IsEmpty());
+    for (Wheel& wheel : robot.chassis.wheels()) wheel.direction_rad = kPi / 2.0;
+    EXPECT_THAT(find_in(recording, &robot).problems,
+                Contains(finding(FindingCode::contrary_wheels, "check direction_deg")));
+  }
 }
 
 /// Wheels that roll unevenly are no turn that the gyro should hear.

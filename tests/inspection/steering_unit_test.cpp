@@ -135,6 +135,33 @@ TEST(SteeringUnit, of_a_steering_whose_zero_is_elsewhere_is_left_alone) {
   EXPECT_THAT(faults_of(recording, robot), IsEmpty());
 }
 
+/// By the wheels that are not steered, where these turn the robot as it turns.
+TEST(SteeringDirection, that_is_far_off_is_named_with_the_zero_to_write) {
+  const auto is_of_direction = testing::Field(&Finding::code, FindingCode::steering_direction);
+  for (const bool has_gyro : {false, true})
+    for (const double off_deg : {-80.0, -45.0, 0.0, 15.0, 45.0, 90.0}) {
+      Robot robot = robot_of("car", has_gyro);
+      const Recording recording = drive(robot);
+      robot.chassis.all_wheels()[2].steering->zero_rad = radians(off_deg);
+      const std::vector<Finding> problems = find_in(recording, &robot).problems;
+      if (std::abs(off_deg) < 20.0) {
+        EXPECT_THAT(problems, Not(Contains(is_of_direction))) << off_deg;
+        continue;
+      }
+      ASSERT_THAT(problems, ElementsAre(is_of_direction)) << off_deg;
+      const double zero_rad = radians(std::get<recording::payload::Range>(problems[0].payload).high);
+      EXPECT_NEAR(std::sin(zero_rad), 0.0, 0.02) << "half a turn is the same: " << off_deg;
+    }
+}
+
+/// With a dead encoder a car seems to turn all the while.
+TEST(SteeringDirection, is_not_blamed_for_wheels_that_do_not_turn_the_robot_rightly) {
+  const Robot robot = robot_of("car", true);
+  Recording recording = drive(robot);
+  std::ranges::fill(recording.wheels.series[0].value, 0.0);
+  EXPECT_THAT(faults_of(recording, robot), Not(Contains(HasSubstr("steering_zero_deg"))));
+}
+
 TEST(SteeringSense, that_is_reversed_is_named) {
   for (const char* kind : {"tricycle", "car"})
     for (const Outside outside : {Outside::positions, Outside::headings}) {

@@ -140,9 +140,10 @@ double size_of(const RowMatrix& H) {
 
 /// H with its turn column divided by the size of the robot, so that all columns are of order one.
 RowMatrix scaled(const RowMatrix& H) {
+  constexpr double kLeastSize_m = 1e-9;  // what is less is rounding of directions
   RowMatrix scaled = H;
   const double size = size_of(H);
-  if (size > 0.0) scaled.col(2) /= size;
+  if (size > kLeastSize_m) scaled.col(2) /= size;
   return scaled;
 }
 

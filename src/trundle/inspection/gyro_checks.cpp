@@ -48,61 +48,10 @@ std::vector<std::string> sizes_of_turns(const Chassis& chassis, double times) {
 
 /// Whether the robot turns by more than noise: by the gyro more than its bias, as the robot file knows it,
 /// may make, or by the wheels, beside what those do that roll unevenly or not at all.
-bool is_turning(const Gyro& gyro, const Overview& overview) {
-  const double by_bias_rad = gyro.bias_sigma_rad_s * overview.turns_of_a_bias_s;
+bool is_turning(const Robot& robot, const Overview& overview) {
+  const double by_bias_rad = odometry::initial_bias_sigma(robot) * overview.turns_of_a_bias_s;
   return std::sqrt(overview.turns.yy) > std::max(kLeastTurning_rad, kSignificant * by_bias_rad) ||
          (overview.gyro_beside_wheels && overview.gyro_beside_wheels->wheels_turn_rad > kMuchTurning_rad);
-}
-
-/// Whether it was found that a wheel's readings are not its turns.
-bool has_dead_counts(const std::vector<Finding>& problems) {
-  using enum FindingCode;
-  return std::ranges::any_of(problems, [](const Finding& problem) {
-    return problem.code == stuck_encoder || problem.code == counter_reset || problem.code == counter_jump;
-  });
-}
-
-/// A bias so far from what the robot file takes for likely that no rest is recognised by it.
-std::optional<Finding> wrong_bias(const Recording& recording, const Robot& robot, const Overview& overview) {
-  constexpr double kAgreeWell = 0.9;  // correlation: 81 % of the variance
-  const std::optional<SteadyTurn>& steady = overview.gyro_beside_wheels;
-  if (!steady || std::abs(steady->correlation) < kAgreeWell) return std::nullopt;
-  const std::optional<TimeOffset>& clock = overview.gyro_time_offset;
-  if (clock && is_off(*clock, robot.chassis.gyro->time_offset_s))
-    return std::nullopt;  // turns of other times
-  const Gyro& gyro = *robot.chassis.gyro;
-  const double off_rad_s = steady->rate_rad_s / gyro.scale;
-  const double likely_rad_s = std::hypot(odometry::initial_bias_sigma(robot),
-                                         gyro.bias_walk_rad_s_sqrt_s * std::sqrt(steady->duration_s));
-  if (std::abs(off_rad_s) < RestOptions{}.sigmas * std::hypot(likely_rad_s, steady->sigma_rad_s / gyro.scale))
-    return std::nullopt;
-  return Finding{.code = FindingCode::gyro_bias,
-                 .place = recording.gyro.origin.file,
-                 .payload = payload::SteadyRate{.duration_s = steady->duration_s,
-                                                .rate_rad_s = gyro.bias_rad_s + off_rad_s,
-                                                .bias_rad_s = gyro.bias_rad_s,
-                                                .sigma_rad_s = likely_rad_s}};
-}
-
-/// What is wrong with the turns, whatever the bias; `counts_turns`: no wheel is known not to.
-std::optional<Finding> wrong_turns(const Recording& recording, const Robot& robot, const Overview& overview,
-                                   bool counts_turns) {
-  const PairedSums& turns = overview.turns;
-  if (turns.xx < kLeastTurning_rad * kLeastTurning_rad || !is_turning(*robot.chassis.gyro, overview) ||
-      turns_agree(turns, robot))
-    return std::nullopt;
-  if (const auto wheel = reversed_wheel(turns, align(recording, robot), robot))
-    return reversal(*wheel, recording, robot);
-  if (turns.correlation() < -kTurnsAgree)
-    return Finding{.code = FindingCode::gyro_sign, .place = recording.gyro.origin.file};
-  Finding contrary{.code = FindingCode::gyro_against_wheels, .place = recording.wheels.origin.file};
-  if (turns.correlation() <= kTurnsAgree && turns.lesser() > kMuchTurning_rad) return contrary;
-  const bool agree = turns.correlation() > kTurnsAgree;
-  const double times = agree ? turns.slope() : std::sqrt(turns.yy / turns.xx);
-  if (!agree && (times > kHardlyTurns || !counts_turns)) return std::nullopt;
-  contrary.payload = payload::Times{times};
-  contrary.subjects = sizes_of_turns(robot.chassis, times);
-  return contrary;
 }
 
 }  // namespace
@@ -124,6 +73,48 @@ std::optional<Finding> wrong_gyro_unit(const Recording& recording, const Robot& 
   return finding;
 }
 
+std::optional<Finding> wrong_gyro_bias(const Recording& recording, const Robot& robot,
+                                       const Overview& overview) {
+  constexpr double kAgreeWell = 0.9;  // correlation: 81 % of the variance
+  const std::optional<SteadyTurn>& steady = overview.gyro_beside_wheels;
+  if (!steady || std::abs(steady->correlation) < kAgreeWell) return std::nullopt;
+  const std::optional<TimeOffset>& clock = overview.gyro_time_offset;
+  if (clock && is_off(*clock, robot.chassis.gyro->time_offset_s))
+    return std::nullopt;  // turns of other times
+  const Gyro& gyro = *robot.chassis.gyro;
+  const double off_rad_s = steady->rate_rad_s / gyro.scale;
+  const double likely_rad_s = std::hypot(odometry::initial_bias_sigma(robot),
+                                         gyro.bias_walk_rad_s_sqrt_s * std::sqrt(steady->duration_s));
+  if (std::abs(off_rad_s) < RestOptions{}.sigmas * std::hypot(likely_rad_s, steady->sigma_rad_s / gyro.scale))
+    return std::nullopt;
+  return Finding{.code = FindingCode::gyro_bias,
+                 .place = recording.gyro.origin.file,
+                 .payload = payload::SteadyRate{.duration_s = steady->duration_s,
+                                                .rate_rad_s = gyro.bias_rad_s + off_rad_s,
+                                                .bias_rad_s = gyro.bias_rad_s,
+                                                .sigma_rad_s = likely_rad_s}};
+}
+
+std::optional<Finding> wrong_turns(const Recording& recording, const Robot& robot, const Overview& overview,
+                                   bool counts_turns) {
+  const PairedSums& turns = overview.turns;
+  if (turns.xx < kLeastTurning_rad * kLeastTurning_rad || !is_turning(robot, overview) ||
+      turns_agree(turns, robot))
+    return std::nullopt;
+  if (const auto wheel = reversed_wheel(turns, align(recording, robot), robot))
+    return reversal(*wheel, recording, robot);
+  if (turns.correlation() < -kTurnsAgree)
+    return Finding{.code = FindingCode::gyro_sign, .place = recording.gyro.origin.file};
+  Finding contrary{.code = FindingCode::gyro_against_wheels, .place = recording.wheels.origin.file};
+  if (turns.correlation() <= kTurnsAgree && turns.lesser() > kMuchTurning_rad) return contrary;
+  const bool agree = turns.correlation() > kTurnsAgree;
+  const double times = agree ? turns.slope() : std::sqrt(turns.yy / turns.xx);
+  if (!agree && (times > kHardlyTurns || !counts_turns)) return std::nullopt;
+  contrary.payload = payload::Times{times};
+  contrary.subjects = sizes_of_turns(robot.chassis, times);
+  return contrary;
+}
+
 std::optional<Finding> louder_gyro(const Recording& recording, const Robot& robot) {
   if (!robot.chassis.gyro) return std::nullopt;
   const double told = robot.chassis.gyro->noise_rad_s_sqrt_hz;
@@ -132,21 +123,6 @@ std::optional<Finding> louder_gyro(const Recording& recording, const Robot& robo
   return Finding{.code = FindingCode::noise,
                  .place = recording.gyro.origin.file,
                  .payload = payload::Range{told, seen->noise_rad_s_sqrt_hz}};
-}
-
-void compare_gyro(const Recording& recording, const Robot& robot, const Overview& overview,
-                  std::vector<Finding>& problems) {
-  const bool counts_turns = !has_dead_counts(problems);
-  const std::optional<Finding> bias = wrong_bias(recording, robot, overview);
-  if (!bias) {
-    if (auto wrong = wrong_turns(recording, robot, overview, counts_turns))
-      problems.push_back(*std::move(wrong));
-    return;
-  }
-  Robot with_bias = robot;
-  with_bias.chassis.gyro->bias_rad_s = std::get<payload::SteadyRate>(bias->payload).rate_rad_s;
-  const auto wrong = wrong_turns(recording, with_bias, overview_of(recording, with_bias), counts_turns);
-  problems.push_back(wrong ? *wrong : *bias);  // in rpm, bias and turns are both many times too large
 }
 
 }  // namespace trundle::inspection

@@ -168,6 +168,26 @@ void name_wraps(const Recording& recording, const Robot& robot, std::vector<Find
   }
 }
 
+/// What wheels and gyro say of each other; a bias that is known to be wrong is none of it.
+void compare_gyro(const Recording& recording, const Robot& robot, const Overview& overview,
+                  std::vector<Finding>& problems) {
+  const auto compare_with = [&](const Robot& right, const Overview& seen) {
+    find_stuck(recording, right, seen, problems);
+    return wrong_turns(recording, right, seen, !has_dead_counts(problems));
+  };
+  const std::optional<Finding> bias = wrong_gyro_bias(recording, robot, overview);
+  std::optional<Finding> wrong;
+  if (bias) {
+    Robot with_bias = robot;
+    with_bias.chassis.gyro->bias_rad_s = std::get<payload::SteadyRate>(bias->payload).rate_rad_s;
+    wrong = compare_with(with_bias, overview_of(recording, with_bias));
+    if (!wrong) wrong = bias;  // in rpm, bias and turns are both many times too large
+  } else {
+    wrong = compare_with(robot, overview);
+  }
+  if (wrong) problems.push_back(*std::move(wrong));
+}
+
 /// What a gyro in another unit makes seem to be wrong.
 bool is_of_gyro(FindingCode code) {
   using enum FindingCode;
@@ -180,8 +200,9 @@ bool is_of_gyro(FindingCode code) {
 
 bool is_misreading(const Finding& finding) {
   using enum FindingCode;
-  constexpr std::array kMisreadings = {time_unit,     increments,     not_increments, clocks,   gyro_unit,
-                                       steering_unit, reference_unit, reference_axes, fractions};
+  constexpr std::array kMisreadings = {time_unit,      increments,    not_increments,     clocks,
+                                       gyro_unit,      steering_unit, steering_direction, reference_unit,
+                                       reference_axes, fractions};
   return std::ranges::find(kMisreadings, finding.code) != kMisreadings.end();
 }
 
@@ -192,6 +213,13 @@ bool is_miswiring(const Finding& finding) {
       indistinguishable_wheels, reversed_gyro,     reversed_steering, gyro_sign};
   return finding.severity == Severity::warning &&
          std::ranges::find(kMiswirings, finding.code) != kMiswirings.end();
+}
+
+bool has_dead_counts(const std::vector<Finding>& problems) {
+  using enum FindingCode;
+  return std::ranges::any_of(problems, [](const Finding& problem) {
+    return problem.code == stuck_encoder || problem.code == counter_reset || problem.code == counter_jump;
+  });
 }
 
 std::vector<Finding> inspect(const Recording& recording, const Robot* robot) {
@@ -227,7 +255,6 @@ std::vector<Finding> inspect(const Recording& recording, const Robot& robot, con
   if (robot.chassis.wheel_count > 0) {
     find_fractions(recording, robot, overview, problems);
     name_wraps(recording, robot, problems);
-    find_stuck(recording, robot, overview, problems);
     compare_gyro(recording, robot, overview, problems);
     if (const auto loud = louder_gyro(recording, robot)) problems.push_back(*loud);
   }

@@ -10,6 +10,9 @@
 
 namespace trundle::inspection {
 
+/// Whether it was found that a wheel's readings are not its turns.
+[[nodiscard]] bool has_dead_counts(const std::vector<Finding>& problems);
+
 /// What is wrong with a recording beyond its rows: counters that start again, encoders that are stuck.
 /// Where no robot says a counter's bits they are guessed from its range.
 std::vector<Finding> inspect(const Recording& recording, const Robot* robot = nullptr);

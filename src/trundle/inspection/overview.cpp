@@ -6,6 +6,7 @@
 
 #include "trundle/chassis/rows.hpp"
 #include "trundle/chassis/without_wheel.hpp"
+#include "trundle/odometry/odometer.hpp"
 #include "trundle/recording/alignment/gyro_turns.hpp"
 #include "trundle/recording/alignment/replay.hpp"
 #include "trundle/recording/gyro_clock.hpp"
@@ -20,6 +21,7 @@ class StandstillSearch {
   StandstillSearch(const Robot& robot, std::size_t wheel)
       : wheel_(wheel),
         others_(without_wheel(robot.chassis, wheel)),
+        bias_sigma_rad_s_(robot.chassis.gyro ? odometry::initial_bias_sigma(robot) : 0.0),
         rolling_row_(rolling_row(robot.chassis.wheels()[wheel])) {
     for (const bool with_gyro : {false, true}) {
       if (others_.wheel_count == 0 || (with_gyro && !others_.gyro)) continue;
@@ -55,7 +57,7 @@ class StandstillSearch {
       if (rows_[i]) current_->still.expected_m = current_->rolled_m[i];
       if (i == 1)
         current_->still.expected_sigma_m =
-            std::abs(rolled_m_per_rad_) * others_.gyro->bias_sigma_rad_s * current_->still.duration_s();
+            std::abs(rolled_m_per_rad_) * bias_sigma_rad_s_ * current_->still.duration_s();
       found_.push_back(current_->still);
     }
     current_.reset();
@@ -72,6 +74,7 @@ class StandstillSearch {
 
   std::size_t wheel_;
   Chassis others_;
+  double bias_sigma_rad_s_;
   Vector3 rolling_row_;
   std::array<std::optional<Rows>, 2> rows_;  ///< without and with the gyro, where they tell the motion
   double rolled_m_per_rad_ = 0.0;            ///< of the gyro's turn
@@ -86,6 +89,7 @@ class Gathering {
       : robot_(robot),
         wheels_(robot.chassis.wheels().size()),
         rows_(rows_of(robot.chassis, false)),
+        contradictions_(left_null_space(rows_)),
         clock_(recording, robot) {
     for (std::size_t w = 0; w < wheels_; ++w) {
       standstills_.emplace_back(robot, w);
@@ -106,6 +110,7 @@ class Gathering {
   void add(const AlignedInterval& interval) {
     const Increment& increment = interval.increment;
     clock_.add(increment, interval.bridged);
+    if (contradictions_.cols() > 0) add_contradictions(increment);
     if (compares_gyro_) compare_turns(increment);
     if (increment.has_gyro) overview_.turned_rad += std::abs(increment.gyro_rad);
     for (std::size_t w = 0; w < wheels_; ++w) {
@@ -122,6 +127,7 @@ class Gathering {
       standstills_[w].finish();
       overview_.standstills[w] = std::move(standstills_[w].found());
     }
+    if (squares_ > 0.0) overview_.unexplained = std::sqrt(unexplained_squares_ / squares_);
     overview_.turns = steady_.pairs();
     overview_.turns_of_a_bias_s = steady_.of_a_bias_s();
     overview_.gyro_beside_wheels = steady_.turn();
@@ -134,6 +140,12 @@ class Gathering {
  private:
   double rotation(double gyro_rad, const Increment& increment) const {
     return rotation_of(gyro_rad, increment.duration_s, *robot_.chassis.gyro);
+  }
+
+  void add_contradictions(const Increment& increment) {
+    const RowVector z = readings_of(robot_.chassis, rows_, increment).z.head(rows_.measured);
+    squares_ += z.squaredNorm();
+    unexplained_squares_ += (contradictions_.transpose() * z).squaredNorm();
   }
 
   void compare_turns(const Increment& increment) {
@@ -149,6 +161,8 @@ class Gathering {
   const Robot& robot_;
   std::size_t wheels_;
   Rows rows_;
+  Combinations contradictions_;  ///< of the wheels' readings
+  double squares_ = 0.0, unexplained_squares_ = 0.0;
   GyroClock clock_;
   TurnPairs pairs_unlimited_;
   SteadyTurns steady_;

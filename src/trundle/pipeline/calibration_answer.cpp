@@ -8,7 +8,7 @@
 #include "trundle/calibration/export.hpp"
 #include "trundle/inspection/inspect.hpp"
 #include "trundle/inspection/same_data.hpp"
-#include "trundle/inspection/steering_unit.hpp"
+#include "trundle/inspection/steering_checks.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/pipeline/sound.hpp"
 #include "trundle/report/calibration_json.hpp"
@@ -31,10 +31,10 @@ Provenance provenance_of(std::span<const Recording> training, std::span<const Re
 }
 
 /// A fit would make a wheelbase of angles in another unit.
-void require_steering_in_its_unit(std::span<const Recording> training, const Robot& robot) {
+void require_steering_read_rightly(std::span<const Recording> training, const Robot& robot) {
   if (!is_steered(robot.chassis)) return;
   for (const Recording& recording : training)
-    if (const auto problem = wrong_steering_unit(recording, robot, overview_of(recording, robot)))
+    if (const auto problem = wrong_steering(recording, robot, overview_of(recording, robot)))
       throw CannotAnswer(problem->place + ": " + describe(*problem));
 }
 
@@ -67,7 +67,7 @@ void warn_of_copies(std::span<const Recording> training, std::span<const Recordi
 
 CalibrationAnswer answer_calibration(std::span<const Recording> training, std::span<const Recording> hold_out,
                                      const RobotFile& nominal, const CalibrateOptions& options) {
-  require_steering_in_its_unit(training, nominal.robot);
+  require_steering_read_rightly(training, nominal.robot);
   CalibrationAnswer answer{.provenance = provenance_of(training, hold_out, nominal, options),
                            .result = calibrate(training, hold_out, nominal.robot, options)};
   require_sound(answer.result);
@@ -80,7 +80,7 @@ CalibrationAnswer answer_calibration(std::span<const Recording> training, std::s
 CalibrationAnswer answer_landmark_calibration(std::span<const Recording> training,
                                               std::span<const Recording> hold_out, const RobotFile& nominal,
                                               const CalibrateOptions& options) {
-  require_steering_in_its_unit(training, nominal.robot);
+  require_steering_read_rightly(training, nominal.robot);
   CalibrationAnswer answer{.provenance = provenance_of(training, hold_out, nominal, options),
                            .result = calibrate_from_landmarks(training, hold_out, nominal.robot, options)};
   answer.provenance.options.emplace_back("landmarks", "true");

@@ -36,10 +36,11 @@ enum class FindingCode {
   reference_unit,
   gyro_unit,
   steering_unit,
-  increments,         ///< counts that do not add up: each is a difference
-  not_increments,     ///< counts that add up already, though recording.toml calls them increments
-  fractions,          ///< counts that are none
-  finer_than_counts,  ///< a wheel turns by parts of a count
+  steering_direction,  ///< that its angles are counted from
+  increments,          ///< counts that do not add up: each is a difference
+  not_increments,      ///< counts that add up already, though recording.toml calls them increments
+  fractions,           ///< counts that are none
+  finer_than_counts,   ///< a wheel turns by parts of a count
   // of clocks
   clocks,                 ///< two streams are never at the same time
   time_offset,            ///< of the gyro
@@ -77,6 +78,7 @@ enum class FindingCode {
   indistinguishable_wheels,  ///< these runs do not show it
   scale,
   geometry,
+  contrary_wheels,  ///< no motion explains what they read
   reference_axes,
   // of sightings
   sighting_of_a_robot,

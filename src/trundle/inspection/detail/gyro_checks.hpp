@@ -1,7 +1,6 @@
 #pragma once
 
 #include <optional>
-#include <vector>
 
 #include "trundle/chassis/robot.hpp"
 #include "trundle/inspection/overview.hpp"
@@ -12,11 +11,15 @@ namespace trundle::inspection {
 std::optional<Finding> wrong_gyro_unit(const Recording& recording, const Robot& robot,
                                        const Overview& overview);
 
+/// A bias so far from what the robot file takes for likely that no rest is recognised by it: where turns
+/// agree, what is left of them all the while.
+std::optional<Finding> wrong_gyro_bias(const Recording& recording, const Robot& robot,
+                                       const Overview& overview);
+
 /// What else the gyro's turns against the wheels' give away: a sign, a wheel that counts backwards, a track
-/// or counts far off, an axis about which the robot does not turn, or, where turns agree, a bias that the
-/// robot file takes for unlikely: what is left of them all the while.
-void compare_gyro(const Recording& recording, const Robot& robot, const Overview& overview,
-                  std::vector<Finding>& problems);
+/// or counts far off, an axis about which the robot does not turn. `counts_turns`: no wheel is known not to.
+std::optional<Finding> wrong_turns(const Recording& recording, const Robot& robot, const Overview& overview,
+                                   bool counts_turns);
 
 /// A gyro whose samples scatter more, where no wheel turns, than a rest is recognised by, and more than
 /// chance and their resolution explain: its bias is not learned.

@@ -122,6 +122,9 @@ inline constexpr Sentence kSentences[] = {
      "recording.toml"},
     {steering_unit, with<Share>,
      "the wheels turn the robot as it turns if {subjects} {are} of radians: leave out unit = \"deg\" there"},
+    {steering_direction, with<Range>,
+     "{subject} rolls {low:.0f}° beside where its angles say, by the wheels that are not steered: write "
+     "steering_zero_deg = {high:.1f}, if direction_deg is right"},
     {increments, with<Range>,
      "{subjects} stay{verb_s} between {low:g} and {high:g} and go up and down from row to row, like counts "
      "since the row before, not like counters that go on: write increments = true under [wheels] in "
@@ -264,6 +267,10 @@ inline constexpr Sentence kSentences[] = {
      "landmarks stay where they are if the landmark sensor stands at x_m = {low:.1f}, y_m = {high:.1f}: "
      "check "
      "[landmark_sensor]"},
+    {contrary_wheels, with<Amount>,
+     "no motion explains {value:.0f} % of what the wheels read: if none slips that much, check "
+     "direction_deg, "
+     "x_m, y_m, diameter_m and ticks_per_revolution of each"},
     {indistinguishable_wheels, with<Amount>,
      "'{subject}' and '{other}' read the same in every row, though the robot turns by {value:.1f} rad: is "
      "one "
