@@ -1,6 +1,7 @@
 #include "trundle/pipeline/merge_answer.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -9,6 +10,7 @@
 #include "trundle/io/file.hpp"
 #include "trundle/pipeline/sound.hpp"
 #include "trundle/recording/landmark_file.hpp"
+#include "trundle/report/json_rules.hpp"
 #include "trundle/report/json_text.hpp"
 #include "trundle/slam/map_file.hpp"
 
@@ -17,6 +19,21 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
+
+/// By the summary of the command that made the map; a map without one is taken at its word.
+double read_metre_sigma(const fs::path& folder, Provenance& provenance) {
+  static constexpr std::array kRules = {JsonRule{"metre_sigma", kNumber | kMissing}};
+  for (const std::string name : {"slam", "merge"}) {
+    const fs::path file = folder / (name + ".json");
+    if (!fs::exists(file)) continue;
+    const double sigma = parse_result(read_file(file), name, kRules, file.string()).value("metre_sigma", 0.0);
+    if (sigma < 0.0 || sigma >= 1.0)
+      throw InputError(file.string(), fmt::format("\"metre_sigma\" is {:g}", sigma), "a share, 0 to 1");
+    add_inputs({input_file(file)}, provenance);
+    return sigma;
+  }
+  return 0.0;
+}
 
 JointMap read_joint_map(const std::string& given, Provenance& provenance) {
   const fs::path file = fs::is_directory(given) ? fs::path(given) / "landmarks.csv" : fs::path(given);
@@ -34,6 +51,7 @@ JointMap read_joint_map(const std::string& given, Provenance& provenance) {
     map.positions.push_back(landmark.position);
   }
   add_inputs({input_file(file), input_file(beside)}, provenance);
+  map.metre_sigma = read_metre_sigma(file.parent_path(), provenance);
   return map;
 }
 
@@ -57,6 +75,7 @@ Json frame_json(const MergeAnswer& answer, std::size_t k) {
           {"heading_rad", wrap_angle(frame.heading)},
           {"sigma",
            {{"x_m", std::sqrt(C(0, 0))}, {"y_m", std::sqrt(C(1, 1))}, {"heading_rad", std::sqrt(C(2, 2))}}},
+          {"metre", {{"share", merged.metre[k]}, {"sigma", merged.metre_sigma[k]}}},
           {"landmarks", answer.landmarks[k]},
           {"shared", shared_landmarks(merged, k)},
           {"names", landmarks}};
@@ -97,6 +116,7 @@ Json document_of(const MergeAnswer& answer) {
   document["landmarks"] = answer.merged.map.positions.size();
   document["cost"] = answer.merged.cost;
   document["degrees_of_freedom"] = answer.merged.degrees_of_freedom;
+  if (answer.merged.map.metre_sigma > 0.0) document["metre_sigma"] = answer.merged.map.metre_sigma;
   document["frames"] = Json::array();
   for (std::size_t k = 0; k < answer.maps.size(); ++k) document["frames"].push_back(frame_json(answer, k));
   return document;

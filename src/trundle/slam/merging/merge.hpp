@@ -16,7 +16,8 @@ struct JointMap {
   std::string from = {};                ///< for messages
   std::vector<std::string> names = {};  ///< of its landmarks
   std::vector<Vector2> positions = {};  ///< [m]
-  Eigen::MatrixXd covariance = {};      ///< x and y of each [m²]
+  Eigen::MatrixXd covariance = {};      ///< x and y of each [m²], in the metre of its sensor
+  double metre_sigma = 0.0;             ///< Metre::sigma of that
 };
 
 struct MergeOptions {
@@ -26,11 +27,13 @@ struct MergeOptions {
   double tail = 1e-3;
 };
 
-/// Several maps as one, in the frame of the first.
+/// Several maps as one, in the frame of the first, and in its metre.
 struct MergedMap {
   JointMap map;
   std::vector<Pose2> first_from_map = {};      ///< where the frame of each lies
   std::vector<Matrix3> frame_covariance = {};  ///< of (x, y, heading) in the first's axes; 0 of the first
+  std::vector<double> metre = {};              ///< by what share lengths in each are longer than in the first
+  std::vector<double> metre_sigma = {};        ///< 1σ of that
   std::vector<std::vector<std::size_t>> landmark_of =
       {};                      ///< by map, by its landmark: number in the merged one
   double cost = 0.0;           ///< χ² of all maps' landmarks about the merged ones
@@ -39,8 +42,8 @@ struct MergedMap {
 
 /// Which landmarks two maps share is the largest set that lies in both alike: frames from each two landmarks
 /// that are as far apart in both maps, each tested with all others; then one least-squares problem over all
-/// frames and landmarks. docs/theory/merge.md, eq. 29 to 32. Throws CannotAnswer with the reason: no overlap,
-/// or ambiguous.
+/// frames and landmarks. docs/theory/merge.md, eq. 29 to 32. Throws CannotAnswer with the reason: no
+/// overlap, or ambiguous.
 [[nodiscard]] MergedMap merge_maps(std::span<const JointMap> maps, const MergeOptions& options = {});
 
 }  // namespace trundle::slam
