@@ -33,7 +33,7 @@ export function prepared(result) {
     errors: result.errors.map((error) => withColumns(error)),
     slip: slip && { ...slip, events: slip.events.map(since), timeline: withColumns(slip.timeline) },
     gyro: gyro && { ...gyro, slam_bias: withColumns(gyro.slam_bias), bias: gyro.bias && { ...withColumns(gyro.bias), rests: gyro.bias.rests.map((rest) => rest.map((time) => time - origin)) } },
-    growth: growth && { snapshots: growth.snapshots.map(snapshotOf(origin)), moved: withColumns(growth.moved) },
+    growth: growth.map(({ robot, snapshots, moved }) => ({ robot, snapshots: snapshots.map(snapshotOf(origin)), moved: withColumns(moved) })),
     particles: withColumns(result.particles),
     filter: withColumns(result.filter),
     sightings: withColumns(result.sightings),

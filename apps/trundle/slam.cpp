@@ -144,8 +144,8 @@ std::string text_of(const SlamArguments& options, const TogetherAnswer& answer) 
   }
   text += smoother_line(answer.joint.counts);
   text += fmt::format(
-      "written to {}: landmarks.csv, landmarks_covariance.csv, slam.json, and trajectory.csv in a folder for "
-      "each robot\n",
+      "written to {}: landmarks.csv, landmarks_covariance.csv, slam.json, and in a folder for each robot "
+      "trajectory.csv and growth.json\n",
       options.output);
   for (const Finding& problem : answer.findings) text += app::line_of(problem);
   for (const Finding& finding : answer.inconsistencies) text += app::line_of(finding);
@@ -163,7 +163,7 @@ void run_together(const SlamArguments& options, const SlamQuestion& question) {
   ResultFolder results(options.output);
   const TogetherAnswer answer = answer_together(std::move(team), question);
   write_set(results, options.output, files_of(answer, options.output), answer.provenance.inputs,
-            slam_file_names(), "slam.json");
+            together_file_names(answer), "slam.json");
   print(options.common, document_of(answer), text_of(options, answer));
 }
 

@@ -1,4 +1,5 @@
 // How the online estimate grew, as `trundle slam` writes it and the page shows it.
+#include <algorithm>
 #include <filesystem>
 
 #include <gmock/gmock.h>
@@ -28,8 +29,8 @@ TEST(Growth, EndsWithTheMapAndBeginsWithLess) {
   const Sample sample;
   ASSERT_EQ(slam_of_tour(sample, {"-o", "d"}).exit_code, 0);
   const report::Results results = report::read_results(sample.folder() / "d");
-  ASSERT_TRUE(results.growth);
-  const auto& snapshots = results.growth->snapshots;
+  ASSERT_EQ(results.growth.size(), 1U);
+  const auto& snapshots = results.growth.front().snapshots;
   ASSERT_GE(snapshots.size(), 64U);
   EXPECT_LE(snapshots.size(), 129U);
   ASSERT_EQ(results.tracks.size(), 1U);
@@ -48,15 +49,15 @@ TEST(Growth, EndsWithTheMapAndBeginsWithLess) {
     EXPECT_GT(snapshots[i].time_s, snapshots[i - 1].time_s);
     EXPECT_LE(snapshots[i].path.size(), 201U);
   }
-  EXPECT_EQ(results.growth->moved_m.size(), results.growth->moved_time_s.size());
+  EXPECT_EQ(results.growth.front().moved_m.size(), results.growth.front().moved_time_s.size());
 }
 
 TEST(Growth, WithAWindowThePathBeforeItIsThereToo) {
   const Sample sample;
   ASSERT_EQ(slam_of_tour(sample, {"--window", "10", "-o", "d"}).exit_code, 0);
   ASSERT_EQ(slam_of_tour(sample, {"-o", "whole"}).exit_code, 0);
-  const auto windowed = report::read_results(sample.folder() / "d").growth->snapshots.back().path;
-  const auto whole = report::read_results(sample.folder() / "whole").growth->snapshots.back().path;
+  const auto windowed = report::read_results(sample.folder() / "d").growth.front().snapshots.back().path;
+  const auto whole = report::read_results(sample.folder() / "whole").growth.front().snapshots.back().path;
   EXPECT_GT(windowed.size(), whole.size() / 2);
   EXPECT_LT((windowed.front() - whole.front()).norm(), 0.05);
 }
@@ -74,6 +75,38 @@ TEST(Growth, FiltersThatKeepNoneLeaveNone) {
   ASSERT_EQ(slam_of_tour(sample, {"-o", "d"}).exit_code, 0);
   ASSERT_EQ(slam_of_tour(sample, {"--filter", "ekf", "-o", "d"}).exit_code, 0);
   EXPECT_FALSE(std::filesystem::exists(sample.folder() / "d/growth.json"));
+}
+
+/// Each robot grows alone, and ends in the map of all.
+TEST(Growth, OfSeveralRobotsBeginsWhereAllTogetherPlaceThem) {
+  const Sample sample;
+  const Arguments together = {"slam",
+                              kDemoFolder + "/session_01/tour",
+                              kDemoFolder + "/session_02/tour",
+                              "--robot",
+                              kDemoFolder + "/robot.toml",
+                              "--together",
+                              "--quiet",
+                              "-o",
+                              "d"};
+  ASSERT_EQ(run_program(sample.folder(), together).exit_code, 0);
+  const report::Results results = report::read_results(sample.folder() / "d");
+  ASSERT_EQ(results.growth.size(), 2U);
+  for (const report::GrowthResult& growth : results.growth) {
+    const auto track = std::ranges::find(results.tracks, growth.robot, &report::ResultTrack::name);
+    ASSERT_NE(track, results.tracks.end());
+    const Pose2& start = track->trajectory.poses.front().pose;
+    EXPECT_LT((growth.snapshots.front().path.front() - start.translation()).norm(), 0.02) << growth.robot;
+    for (const report::LandmarkRow& landmark : growth.snapshots.back().landmarks) {
+      const auto of_all = std::ranges::find(*results.landmarks, landmark.name, &report::LandmarkRow::name);
+      ASSERT_NE(of_all, results.landmarks->end());
+      EXPECT_LT((landmark.position - of_all->position).norm(), 0.3) << growth.robot << landmark.name;
+    }
+  }
+  Arguments by_ekf = together;
+  by_ekf.insert(by_ekf.end(), {"--filter", "ekf"});
+  ASSERT_EQ(run_program(sample.folder(), by_ekf).exit_code, 0);
+  EXPECT_THAT(report::read_results(sample.folder() / "d").growth, testing::IsEmpty());
 }
 
 }  // namespace

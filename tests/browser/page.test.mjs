@@ -117,6 +117,20 @@ describe('the report page', { concurrency: 3 }, () => {
     assert.equal(await readout.innerText(), stopped);
   });
 
+  look('the estimates of several robots play side by side', 'team', {}, async (page) => {
+    const figure = section(page, 'The online estimate as it grew');
+    await figure.scrollIntoViewIfNeeded();
+    await drawn(page);
+    const [slider, readout, canvas] = [figure.locator('input'), figure.locator('output'), figure.locator('.growth canvas')];
+    assert.match(await readout.innerText(), /^t [\d.]+ s · tour: 12 landmarks · tour_2: 12 landmarks$/);
+    const coloured = async () => [(await pixelsOf(canvas, 'result-0')).coloured, (await pixelsOf(canvas, 'result-1')).coloured];
+    const end = await coloured();
+    await slider.focus();
+    await page.keyboard.press('Home');
+    const start = await coloured();
+    for (const robot of [0, 1]) assert.ok(start[robot] > 10 && start[robot] < end[robot], `${start} of ${end}`);
+  });
+
   look('the cursor is shared by all plots', 'demo', {}, async (page) => {
     const chart = section(page, 'Slip over time').locator('.u-over');
     await chart.scrollIntoViewIfNeeded();

@@ -59,11 +59,11 @@ function withoutReference(run, folder) {
   for (const name of ['wheels.csv', 'gyro.csv']) cpSync(join(run, name), join(folder, name));
 }
 
-// {demo, many, two, hostile, alone, still, unmeasured, pair, grown}: files of pages; made once.
+// {demo, many, two, hostile, alone, still, unmeasured, pair, grown, team}: files of pages; made once.
 export function makePages() {
   mkdirSync(work, { recursive: true });
   const file = (name) => join(work, name);
-  for (const name of ['demo', 'other', 'hostile', 'alone', 'still', 'unmeasured', 'unmeasured_run', 'grown']) rmSync(file(name), { recursive: true, force: true });
+  for (const name of ['demo', 'other', 'hostile', 'alone', 'still', 'unmeasured', 'unmeasured_run', 'grown', 'team']) rmSync(file(name), { recursive: true, force: true });
   trundle('run', join(demo, 'slip'), '--filter', 'fastslam2', '--robot', join(demo, 'robot.toml'), '--calibrate-on', ...[1, 2, 3].map((i) => join(demo, `session_0${i}`)),
     '--learn', join(demo, 'session_01/tour'), '-o', file('demo'));
   trundle('slam', join(demo, 'slip'), '--robot', join(file('demo'), 'calibrated.toml'), '--filter', 'ekf', '-o', file('other'));
@@ -73,15 +73,16 @@ export function makePages() {
   trundle('run', file('unmeasured_run'), '--robot', join(demo, 'robot.toml'), '-o', file('unmeasured'));
   trundle('slam', join(demo, 'session_01/tour'), '--robot', join(demo, 'robot.toml'), '-o', file('grown'));
   cpSync(join(demo, 'session_01/tour/reference.csv'), join(file('grown'), 'reference.csv'));
+  trundle('slam', join(demo, 'session_01/tour'), join(demo, 'session_02/tour'), '--robot', join(demo, 'robot.toml'), '--together', '-o', file('team'));
   cpSync(file('demo'), file('hostile'), { recursive: true });
   makeHostile(file('hostile'));
   cpSync(file('alone'), file('still'), { recursive: true });
   replaceInJson(join(file('still'), 'info.json'), (info) => { // a gyro that reads exactly 0 at rest
     info.gyro_noise = { allan: [0.1, 1, 10].map((tau) => ({ tau_s: tau, deviation_rad_s: 0 })) };
   });
-  for (const name of ['demo', 'hostile', 'alone', 'still', 'unmeasured', 'grown']) trundle('report', file(name), '-o', file(`${name}.html`));
+  for (const name of ['demo', 'hostile', 'alone', 'still', 'unmeasured', 'grown', 'team']) trundle('report', file(name), '-o', file(`${name}.html`));
   trundle('report', file('demo'), file('other'), '-o', file('two.html'));
   trundle('report', file('demo'), file('alone'), '-o', file('pair.html'));
   trundle('report', ...['demo', 'other', 'still', 'unmeasured', 'alone'].map(file), '-o', file('many.html'));
-  return { demo: file('demo.html'), many: file('many.html'), two: file('two.html'), hostile: file('hostile.html'), alone: file('alone.html'), still: file('still.html'), unmeasured: file('unmeasured.html'), pair: file('pair.html'), grown: file('grown.html') };
+  return { demo: file('demo.html'), many: file('many.html'), two: file('two.html'), hostile: file('hostile.html'), alone: file('alone.html'), still: file('still.html'), unmeasured: file('unmeasured.html'), pair: file('pair.html'), grown: file('grown.html'), team: file('team.html') };
 }

@@ -109,9 +109,9 @@ export const text = {
   },
   growth: {
     title: 'The online estimate as it grew', contents: 'Growth',
-    how: 'Path and map as they were known at the moment that the slider shows, with ellipses that hold 95 %: drag it, or play. Grey: the reference. Below: how far sightings moved the pose. It jumps where a loop closes, and where the robot saw nothing for long.',
+    how: 'Path and map as they were known at the moment that the slider shows, with ellipses that hold 95 %: drag it, or play. Grey: the reference. Below: how far sightings moved the pose. It jumps where a loop closes, and where the robot saw nothing for long. Of several robots each is by itself, from where all together place its start.',
     label: 'Path and map as they were known at a moment, from above', slider: 'Moment', play: 'Play', pause: 'Pause',
-    at: (time, landmarks) => `t ${time} s · ${count(landmarks, 'landmark', 'landmarks')}`, moved: 'pose moved by',
+    at: (time, robots) => [`t ${time} s`, ...robots.map(({ robot, landmarks }) => `${robot}${robot && ': '}${count(landmarks, 'landmark', 'landmarks')}`)].join(' · '), moved: 'pose moved by',
   },
   filter: {
     title: 'Effective particles', contents: 'Filter',

@@ -37,7 +37,7 @@ void add_slam(const SlamStage& slam, Results& results) {
   results.slam = slam.summary;
   results.landmarks = slam.landmarks;
   results.particles = slam.particles;
-  results.growth = slam.growth;
+  if (slam.growth) results.growth = {*slam.growth};
   results.filter = slam.filter;
   results.sightings = slam.sightings;
 }

@@ -66,6 +66,11 @@ const LandmarkSensor& sensor_of(const TeamRobot& one) {
   return *one.robot.robot.landmark_sensor;
 }
 
+/// From the start of the stamps of one to that of another's [s].
+double seconds_between(const Recording& one, const Recording& other) {
+  return static_cast<double>(other.time_origin_s - one.time_origin_s);
+}
+
 /// What is seen of the team's robots, taken out of its recordings: what is left there is of landmarks.
 std::vector<Meeting> take_meetings(std::vector<TeamRobot>& team) {
   const std::map<std::string, std::size_t> robots = robots_by_name(team);
@@ -73,9 +78,7 @@ std::vector<Meeting> take_meetings(std::vector<TeamRobot>& team) {
   for (std::size_t i = 0; i < team.size(); ++i) {
     Recording& recording = team[i].recording;
     const double offset_s = sensor_of(team[i]).time_offset_s;
-    const auto since = [&](std::size_t robot) {
-      return static_cast<double>(recording.time_origin_s - team[robot].recording.time_origin_s);
-    };
+    const auto since = [&](std::size_t robot) { return seconds_between(team[robot].recording, recording); };
     const auto take = [&](const Sighting& sighting) {
       const auto robot = robots.find(sighting.landmark);
       if (robot == robots.end()) return false;
@@ -124,6 +127,7 @@ struct Alone {
   Trajectory path;
   Systematic systematic = {};
   std::vector<Finding> inconsistencies = {};
+  std::optional<GrowthResult> growth = {};
 };
 
 /// Without landmarks: where its odometry takes it.
@@ -145,11 +149,21 @@ Alone alone(const TeamRobot& one, const SlamQuestion& question) {
   if (answer.input.observations() > 0)
     answer = finished_slam(one.recording, one.robot, question, std::move(answer));
   if (!answer.smoothed) return by_odometry(std::move(answer.input));
+  std::optional<GrowthResult> growth = growth_of(answer);
   return {.input = std::move(answer.input),
           .shown = std::move(answer.smoothed->shown),
           .path = std::move(answer.smoothed->trajectory),
           .systematic = answer.smoothed->last.systematic,
-          .inconsistencies = std::move(answer.inconsistencies)};
+          .inconsistencies = std::move(answer.inconsistencies),
+          .growth = std::move(growth)};
+}
+
+/// What grew in a frame that lies there, by a clock that begins so much later.
+GrowthResult begun_at(GrowthResult growth, const Pose2& by, double since_s) {
+  growth = placed(std::move(growth), by);
+  for (GrowthSnapshot& snapshot : growth.snapshots) snapshot.time_s += since_s;
+  for (double& time_s : growth.moved_time_s) time_s += since_s;
+  return growth;
 }
 
 /// As well as its sensor's ranges are known in proportion, without a calibration as they come.
@@ -255,6 +269,7 @@ TogetherAnswer answer_together(std::vector<TeamRobot> team, const SlamQuestion& 
   for (std::size_t i = 0; i < team.size(); ++i) {
     of_one.also_at_s = stamps_of(meetings, i);
     robots.push_back(alone(team[i], of_one));
+    if (robots.back().growth) robots.back().growth->robot = answer.names[i];
     number_unidentified(named, next, robots.back().shown);
     for (Finding& finding : robots.back().input.findings) {
       finding.place = answer.names[i] + ": " + finding.place;
@@ -287,6 +302,13 @@ TogetherAnswer answer_together(std::vector<TeamRobot> team, const SlamQuestion& 
     answer.gyro_bias_rad_s.push_back(gyro ? gyro->bias_rad_s : 0.0);
   }
   answer.joint = smooth_together(recordings, seen);
+  for (std::size_t i = 0; i < team.size(); ++i) {
+    const Pose2 by = answer.joint.robots[i].trajectory.poses.front().pose *
+                     recordings[i].path.poses.front().pose.inverse();
+    if (robots[i].growth)
+      answer.growth.push_back(
+          begun_at(*robots[i].growth, by, seconds_between(team[0].recording, team[i].recording)));
+  }
   for (Finding& finding : consistency_checks(answer.joint.counts)) {
     finding.place = "all robots";
     answer.inconsistencies.push_back(std::move(finding));
@@ -316,6 +338,13 @@ Json document_of(const TogetherAnswer& answer) {
   return document;
 }
 
+std::vector<std::string> together_file_names(const TogetherAnswer& answer) {
+  std::vector<std::string> names = slam_file_names();
+  for (const std::string& robot : answer.names)
+    for (const char* file : {"/trajectory.csv", "/growth.json"}) names.push_back(robot + file);
+  return names;
+}
+
 std::vector<OutputFile> files_of(const TogetherAnswer& answer, const std::filesystem::path& folder) {
   const std::string head = head_of(answer.provenance);
   std::vector<OutputFile> files = {
@@ -326,6 +355,11 @@ std::vector<OutputFile> files_of(const TogetherAnswer& answer, const std::filesy
   for (std::size_t i = 0; i < answer.names.size(); ++i)
     files.push_back(
         {folder / answer.names[i] / "trajectory.csv", head + to_csv(answer.joint.robots[i].trajectory)});
+  for (const GrowthResult& growth : answer.growth) {
+    Json document = to_json(answer.provenance);
+    document.update(to_json(growth));
+    files.push_back({folder / growth.robot / "growth.json", dumped(document) + "\n"});
+  }
   return files;
 }
 

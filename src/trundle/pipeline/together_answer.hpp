@@ -26,6 +26,9 @@ struct TogetherAnswer {
   std::vector<double> gyro_bias_rad_s = {};       ///< by robot: the robot file's; 0 without a gyro
   std::vector<std::string> landmarks = {};        ///< name of each LandmarkId
   JointSlam joint = {};
+  /// The online estimates of robots that saw landmarks, each of the robot alone, from where all together place
+  /// its start, by the clock of the first.
+  std::vector<GrowthResult> growth = {};
   std::vector<Finding> findings = {};
   double metre_sigma = 0.0;                   ///< as of SlamAnswer, of what all have in common
   std::vector<Finding> inconsistencies = {};  ///< of the run, with its own sigmas
@@ -38,7 +41,11 @@ TogetherAnswer answer_together(std::vector<TeamRobot> team, const SlamQuestion& 
 
 nlohmann::ordered_json document_of(const TogetherAnswer& answer);
 
-/// slam.json, landmarks.csv, landmarks_covariance.csv, and trajectory.csv in a folder for each robot.
+/// What files_of() may write, and what `slam` of one robot does; from the folder.
+std::vector<std::string> together_file_names(const TogetherAnswer& answer);
+
+/// slam.json, landmarks.csv, landmarks_covariance.csv, and in a folder for each robot trajectory.csv and
+/// growth.json.
 std::vector<OutputFile> files_of(const TogetherAnswer& answer, const std::filesystem::path& folder);
 
 }  // namespace trundle::pipeline

@@ -100,6 +100,20 @@ GrowthSnapshot snapshot_of(const Json& from, std::string_view file_name) {
 
 }  // namespace
 
+GrowthResult placed(GrowthResult growth, const Pose2& by) {
+  const Matrix2 R = rotation(by.heading);
+  for (GrowthSnapshot& snapshot : growth.snapshots) {
+    snapshot.pose = by * snapshot.pose;
+    snapshot.covariance = R * snapshot.covariance * R.transpose();
+    for (Vector2& place : snapshot.path) place = by * place;
+    for (LandmarkRow& landmark : snapshot.landmarks) {
+      landmark.position = by * landmark.position;
+      if (landmark.covariance) landmark.covariance = R * *landmark.covariance * R.transpose();
+    }
+  }
+  return growth;
+}
+
 Json to_json(const GrowthResult& growth) {
   Json snapshots = Json::array();
   for (const GrowthSnapshot& snapshot : growth.snapshots) snapshots.push_back(to_json(snapshot));

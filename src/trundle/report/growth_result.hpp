@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -21,10 +22,14 @@ struct GrowthSnapshot {
 
 /// growth.json: an online estimate as it grew.
 struct GrowthResult {
+  std::string robot = {};  ///< of several in one world; empty: there is but one
   std::vector<GrowthSnapshot> snapshots;
   std::vector<double> moved_time_s;  ///< stamps of sightings, and how far they moved the pose then
   std::vector<double> moved_m;
 };
+
+/// The same where `by` moves it to.
+[[nodiscard]] GrowthResult placed(GrowthResult growth, const Pose2& by);
 
 [[nodiscard]] nlohmann::ordered_json to_json(const GrowthResult& growth);
 /// Throws InputError with file, what stands there and what was expected.

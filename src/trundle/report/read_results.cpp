@@ -17,7 +17,8 @@ void read_document(const ResultFile& file, Results& results) {
   if (file.name == "evaluation") results.evaluation = evaluation_from_json(text, place);
   // In the folder of a run, or in that of `trundle slam`: the former comes later, and counts.
   if (file.name == "slam" || file.name == "slam/slam") results.slam = slam_from_json(text, file.name, place);
-  if (file.name == "growth" || file.name == "slam/growth") results.growth = growth_from_json(text, place);
+  if (file.name == "growth" || file.name == "slam/growth")
+    results.growth.push_back(growth_from_json(text, place));
 }
 
 /// Of each kind the first by its name.
@@ -54,15 +55,27 @@ void take_roles_from(const RunRecord& run, std::vector<ResultTrack>& tracks) {
   }
 }
 
-/// Of several robots together each path is in a folder of its own, beside slam.json.
-std::vector<ResultFile> paths_of_robots(const std::filesystem::path& folder, const Results& results) {
+/// Of several robots together what is of each is in a folder of its own, beside slam.json.
+std::vector<ResultFile> files_of_robots(const std::filesystem::path& folder, const Results& results) {
   std::vector<ResultFile> files;
   if (!results.slam) return files;
   for (const std::string& robot : results.slam->robots) {
-    const std::filesystem::path path = folder / std::filesystem::path(robot).filename() / "trajectory.csv";
-    if (std::filesystem::is_regular_file(path)) files.push_back({robot, path, ResultKind::trajectory});
+    const std::filesystem::path own = folder / std::filesystem::path(robot).filename();
+    for (const auto& [name, kind] :
+         {std::pair{"trajectory.csv", ResultKind::trajectory}, {"growth.json", ResultKind::json}})
+      if (std::filesystem::is_regular_file(own / name)) files.push_back({robot, own / name, kind});
   }
   return files;
+}
+
+void read_file_of_robot(const ResultFile& file, Results& results) {
+  if (file.kind == ResultKind::json) {
+    results.growth.push_back(growth_from_json(read_file(file.path), file.path.string()));
+    results.growth.back().robot = file.name;
+  } else {
+    results.tracks.push_back(read_track(file.path, file.name));
+    results.tracks.back().role = TrackRole::other;
+  }
 }
 
 /// The lines at the head of a CSV file that say how it was made.
@@ -90,10 +103,9 @@ Results read_results(const std::filesystem::path& input) {
     else
       tables.try_emplace(file.kind, file.path);
   }
-  for (ResultFile& robot : paths_of_robots(input, results)) {
-    results.tracks.push_back(read_track(robot.path, robot.name));
-    results.tracks.back().role = TrackRole::other;
-    files.push_back(std::move(robot));
+  for (ResultFile& file : files_of_robots(input, results)) {
+    read_file_of_robot(file, results);
+    files.push_back(std::move(file));
   }
   read_tables(tables, results);
   mark_smoothed(results.tracks);

@@ -138,9 +138,9 @@ Json parts_of(const Results& results, std::size_t rows) {
   const auto slip = [&](const SlipResult& found) { return slip_json(found, track, rows); };
   const auto map = [&](const auto& landmarks) { return map_json(landmarks, laid_by); };
   const auto particles = [&](const auto& cloud) { return particles_json(cloud, laid_by); };
-  const auto growth = [&](const auto& grown) {
-    return growth_json(grown, growth_laid_by(results.tracks), rows);
-  };
+  Json growth = Json::array();
+  for (const GrowthResult& one : results.growth)
+    growth.push_back(growth_json(one, growth_laid_by(results.tracks), rows));
   const auto calibration = [&](const auto& found) { return with_thinned_runs(found.document, rows); };
   const auto filter = [&](const auto& columns) { return filter_json(columns, rows); };
   const auto sightings = [&](const auto& columns) { return sightings_json(columns, rows); };
@@ -155,7 +155,7 @@ Json parts_of(const Results& results, std::size_t rows) {
           {"gyro", gyro_json(results)},
           {"map", or_null(results.landmarks, map)},
           {"particles", or_null(results.particles, particles)},
-          {"growth", or_null(results.growth, growth)},
+          {"growth", std::move(growth)},
           {"slam", or_null(results.slam, without_bias)},
           {"filter", or_null(results.filter, filter)},
           {"sightings", or_null(results.sightings, sightings)},

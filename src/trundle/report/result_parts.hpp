@@ -26,7 +26,7 @@ nlohmann::ordered_json gyro_json(const Results& results);
 nlohmann::ordered_json map_json(const std::vector<LandmarkRow>& map, const Pose2& laid_by);
 /// "particles": the last cloud of a particle filter, laid as its map is.
 nlohmann::ordered_json particles_json(const ParticleColumns& particles, const Pose2& laid_by);
-/// "growth": an online estimate as it grew, laid as its trajectory is.
+/// Of "growth": an online estimate as it grew, laid as its trajectory is.
 nlohmann::ordered_json growth_json(const GrowthResult& growth, const Pose2& laid_by, std::size_t rows);
 /// "filter": N_eff and resampling; "sightings": NIS, decisions.
 nlohmann::ordered_json filter_json(const FilterColumns& filter, std::size_t rows);

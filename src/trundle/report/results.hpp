@@ -41,7 +41,7 @@ struct Results {
   std::vector<ResultTrack> tracks = {};  ///< as they were estimated, the reference among them
   std::optional<std::vector<LandmarkRow>> landmarks = {};
   std::optional<ParticleColumns> particles = {};
-  std::optional<GrowthResult> growth = {};
+  std::vector<GrowthResult> growth = {};  ///< of each robot that kept it
   std::optional<FilterColumns> filter = {};
   std::optional<SightingColumns> sightings = {};
   std::optional<Robot> robot = {};  ///< that was used: where its reference sensor is
