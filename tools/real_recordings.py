@@ -128,6 +128,22 @@ def optiodom_omni4_with_gyro(data, out):
     with_gyro(data, out, "optiodom_omni4", omni4_wheels, 4, "optiodom_omni4_gyro")
 
 
+def optiodom_tricyc(data, out):
+    """The angle is that in the interval before its stamp, of 0.05 s."""
+    target = out / "optiodom_tricyc"
+    write(target / "robot.toml",
+          'name = "optiodom_tricyc"\n\n' + wheel("front", 0.15, 0.0, 0.0, "fixed", 0.065, 1600) +
+          "steered = true\nsteering_time_offset_s = -0.025\n\n" +
+          '[[wheel]]\nname = "rear"\npassive = true\nx_m = 0.0\ny_m = 0.0\n')
+    for file in sorted((data / "optiodom_tricyc").glob("*/*/*_run-*.csv")):
+        kind, session, run = file.parts[-3], file.parts[-2], file.stem[-6:]
+        write(target / kind / session / run / "recording.toml",
+              f'[wheels]\nfile = "{file.resolve()}"\nheader = false\nincrements = true\n'
+              "columns = { time_s = 1, front_ticks = 5, front_steering_rad = 6 }\n"
+              f'[reference]\nfile = "{file.resolve()}"\nheader = false\n'
+              "columns = { time_s = 1, x_m = 2, y_m = 3, heading_rad = 4 }\n")
+
+
 def censi(data, out):
     folder = out / "censi_calibration"
     write(folder / "robot.toml",
@@ -157,7 +173,7 @@ def ese650(data, out):
 def main():
     data, out = Path(sys.argv[1]), Path(sys.argv[2])
     for lay_out in (optiodom_diff, optiodom_omni3, optiodom_omni3_with_gyro, optiodom_omni4,
-                    optiodom_omni4_with_gyro, censi, ese650):
+                    optiodom_omni4_with_gyro, optiodom_tricyc, censi, ese650):
         lay_out(data, out)
 
 

@@ -6,7 +6,8 @@ usage: tools/slam_recordings.py DATA OUT
 OUT/mrclam/robot.toml, OUT/mrclam/landmarks.csv (where they were measured to be) and
 OUT/mrclam/Robot<N>/reference.csv: the layout itself is read as it is, with --robot-number.
 OUT/victoria_park: velocity.csv (of the rear axle's middle), sightings.csv without names, reference.csv (GPS fixes that are
-sane), robot.toml.
+sane), robot.toml. OUT/victoria_park_steered/whole, /first, /second: the same as it was measured, wheels.csv of the rear left
+wheel's rate and the steering's angle, and its halves.
 OUT/lost_in_the_woods: velocity.csv, sightings.csv, reference.csv, landmarks.csv, robot.toml. The noise settings are one set
 for all robots and filters; those of mrclam were chosen on robots 1 and 2. Sigmas of sightings are several times what
 single readings scatter by, because readings that follow each other err alike; those of victoria_park are a trunk's
@@ -40,19 +41,38 @@ turn_per_sqrt_m = 0.06
 turn_per_sqrt_rad = 0.1
 """
 
-VICTORIA_ROBOT = """name = "victoria_park"
+VICTORIA_SENSOR = """
 [landmark_sensor]
 x_m = 3.78
 y_m = 0.5
 range_sigma_m = 0.1
 bearing_sigma_deg = 0.5
 max_range_m = 80
+"""
+
+VICTORIA_ROBOT = f"""name = "victoria_park"
+{VICTORIA_SENSOR}
 [noise]
 wheel_per_sqrt_m = 0.1
 lateral_per_sqrt_m = 0.03
 turn_per_sqrt_m = 0.01
 turn_per_sqrt_rad = 0.02
 """
+
+# One front wheel stands for both. The speed is that of the left rear wheel: of a diameter of 2 m, 1 rad/s is 1 m/s.
+VICTORIA_STEERED = f"""name = "victoria_park"
+
+[[wheel]]
+name = "rear_left"
+y_m = 0.76
+diameter_m = 2.0
+
+[[wheel]]
+name = "front"
+passive = true
+steered = true
+x_m = 2.83
+{VICTORIA_SENSOR}"""
 
 
 def write(path, text):
@@ -109,7 +129,8 @@ def victoria_park(data, out):
         return [[float(x) for x in line.split()] for line in (data / name).read_text().splitlines() if line.strip()]
 
     velocity = []
-    for time, speed, steering in rows_of("inputs.dat"):
+    inputs = rows_of("inputs.dat")
+    for time, speed, steering in inputs:
         forward = speed / (1.0 - math.tan(steering) * encoder_offset / wheelbase)
         velocity.append([repr(time), repr(forward), repr(forward * math.tan(steering) / wheelbase)])
     sightings = [[repr(time), "", repr(distance), repr(bearing - math.pi / 2)]
@@ -119,6 +140,16 @@ def victoria_park(data, out):
     write(out / "velocity.csv", table("time_s,forward_m_s,yaw_rate_rad_s", velocity))
     write(out / "sightings.csv", table("time_s,landmark,range_m,bearing_rad", sightings))
     write(out / "reference.csv", table("time_s,x_m,y_m", sane))
+
+    steered = out.with_name("victoria_park_steered")
+    write(steered / "robot.toml", VICTORIA_STEERED)
+    middle = (inputs[0][0] + inputs[-1][0]) / 2
+    for part, start, end in (("whole", -math.inf, math.inf), ("first", -math.inf, middle), ("second", middle, math.inf)):
+        def within(rows):
+            return [row for row in rows if start <= float(row[0]) < end]
+        write(steered / part / "wheels.csv", table("time_s,rear_left_rad_s,front_steering_rad", [map(repr, row) for row in within(inputs)]))
+        write(steered / part / "sightings.csv", table("time_s,landmark,range_m,bearing_rad", within(sightings)))
+        write(steered / part / "reference.csv", table("time_s,x_m,y_m", within(sane)))
 
 
 def main():
