@@ -26,8 +26,8 @@ struct TogetherAnswer {
   std::vector<double> gyro_bias_rad_s = {};       ///< by robot: the robot file's; 0 without a gyro
   std::vector<std::string> landmarks = {};        ///< name of each LandmarkId
   JointSlam joint = {};
-  /// The online estimates of robots that saw landmarks, each of the robot alone, from where all together place
-  /// its start, by the clock of the first.
+  /// The online estimates of robots that saw landmarks, each of the robot alone, from where all together
+  /// place its start, by the clock of the first.
   std::vector<GrowthResult> growth = {};
   std::vector<Finding> findings = {};
   double metre_sigma = 0.0;                   ///< as of SlamAnswer, of what all have in common
