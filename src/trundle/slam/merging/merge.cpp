@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <optional>
 
 #include <fmt/format.h>
@@ -129,12 +128,9 @@ class JointMerge {
   Eigen::MatrixXd metre_information_;
 };
 
-/// The map in the first one's metre, as far as both are known.
-JointMap in_metre_of(const JointMap& first, JointMap map) {
-  const Eigen::VectorXd off =
-      std::hypot(first.metre_sigma, map.metre_sigma) *
-      Eigen::Map<const Eigen::VectorXd>(map.positions.front().data(), 2 * std::ssize(map.positions));
-  map.covariance += off * off.transpose();
+/// Its metre beside that of the first one.
+JointMap beside(const JointMap& first, JointMap map) {
+  map.metre_sigma = std::hypot(first.metre_sigma, map.metre_sigma);
   return map;
 }
 
@@ -181,7 +177,7 @@ MergedMap merge_maps(std::span<const JointMap> maps, const MergeOptions& options
     std::optional<std::pair<std::size_t, SharedFrame>> best;
     std::optional<CannotAnswer> why;
     for (const std::size_t k : left) try {
-        SharedFrame frame = frame_between(in_metre_of(maps[0], maps[k]), merged.map, options);
+        SharedFrame frame = frame_between(beside(maps[0], maps[k]), merged.map, options);
         if (!best || frame.log_likelihood > best->second.log_likelihood) best = {k, std::move(frame)};
       } catch (const CannotAnswer& error) {
         if (!why) why = error;

@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 
 #include <Eigen/LU>
 #include <fmt/format.h>
 
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/geometry/rigid_motion.hpp"
+#include "trundle/geometry/squared.hpp"
 #include "trundle/io/error.hpp"
+#include "trundle/slam/merging/joint_fit.hpp"
 #include "trundle/statistics/distribution.hpp"
 
 namespace trundle::slam {
@@ -86,61 +89,26 @@ double area_of(const JointMap& map) {
   return size.x() * size.y();
 }
 
-/// χ² of matched landmarks, the frame being the best for them: all that errs in common is in the covariances.
-struct JointFit {
-  Pose2 b_from_a;
-  double cost = std::numeric_limits<double>::infinity();
+/// With what its metre is off by, about the frame's origin: wherever, for the frame is free.
+JointMap with_metre(JointMap map) {
+  const Eigen::VectorXd off =
+      map.metre_sigma *
+      Eigen::Map<const Eigen::VectorXd>(map.positions.front().data(), 2 * std::ssize(map.positions));
+  map.covariance += off * off.transpose();
+  return map;
+}
+
+/// By what share lengths of one map are to be longer to be those of another, and the variance of that.
+struct Stretch {
+  double share = 0.0, variance = 0.0;
 };
-
-Eigen::MatrixXd covariance_of(const JointMap& map, const std::vector<std::size_t>& which) {
-  std::vector<Index> rows;
-  for (const std::size_t i : which) {
-    rows.push_back(2 * static_cast<Index>(i));
-    rows.push_back(2 * static_cast<Index>(i) + 1);
-  }
-  return map.covariance(rows, rows);
-}
-
-JointFit joint_fit(const JointMap& a, const JointMap& b, const std::vector<LandmarkMatch>& matches,
-                   Pose2 b_from_a) {
-  std::vector<std::size_t> of_a, of_b;
-  for (const LandmarkMatch& match : matches) {
-    of_a.push_back(match.a);
-    of_b.push_back(match.b);
-  }
-  const Eigen::MatrixXd P_a = covariance_of(a, of_a), P_b = covariance_of(b, of_b);
-  const Index n = P_a.rows();
-  JointFit fit{b_from_a};
-  for (int round = 0; round < kMostMergeRounds; ++round) {
-    const Matrix2 R = rotation(b_from_a.heading);
-    Eigen::MatrixXd C = P_b + kLeastMapVariance * Eigen::MatrixXd::Identity(n, n);
-    Eigen::VectorXd e(n);
-    Eigen::MatrixX3d J(n, 3);
-    for (Index i = 0; i < n; i += 2) {
-      const LandmarkMatch& match = matches[static_cast<std::size_t>(i / 2)];
-      const Vector2 turned = R * a.positions[match.a];
-      e.segment<2>(i) = turned + b_from_a.translation() - b.positions[match.b];
-      J.block<2, 3>(i, 0) << 1.0, 0.0, -turned.y(), 0.0, 1.0, turned.x();
-      for (Index k = 0; k < n; k += 2) C.block<2, 2>(i, k) += R * P_a.block<2, 2>(i, k) * R.transpose();
-    }
-    Eigen::MatrixXd right(n, 4);
-    right << J, e;
-    const Eigen::MatrixXd solved = solve_ldlt_columns(C, right);
-    const Vector3 step = -inverse_of(J.transpose() * solved.leftCols<3>()) * (J.transpose() * solved.col(3));
-    if (!step.allFinite()) return fit;
-    fit = {b_from_a, e.dot(solved.col(3)) + step.dot(J.transpose() * solved.col(3))};
-    b_from_a = {b_from_a.x + step.x(), b_from_a.y + step.y(), b_from_a.heading + step.z()};
-    fit.b_from_a = b_from_a;
-    if (step.norm() < 1e-9) break;
-  }
-  return fit;
-}
 
 /// Searches the frame of a map among the landmarks of another.
 class FrameSearch {
  public:
   FrameSearch(const JointMap& a, const JointMap& b, const MergeOptions& options)
-      : a_(a),
+      : own_(a),
+        a_(with_metre(a)),
         b_(b),
         options_(options),
         gate_(chi_squared_limit(options.tail, 2.0)),
@@ -178,34 +146,56 @@ class FrameSearch {
     const double off = of_a.length_m - of_b.length_m;
     if (off * off > gate_of_length_ * (of_a.variance + of_b.variance)) return;
     ++tried_;
+    const Stretch stretch = stretch_by(of_a, of_b);
+    const double longer = 1.0 + stretch.share;
     const auto frame =
-        rigid_motion(std::array{PointPair{a_.positions[of_a.first], b_.positions[of_b.first]},
-                                PointPair{a_.positions[of_a.second], b_.positions[of_b.second]}});
+        rigid_motion(std::array{PointPair{longer * a_.positions[of_a.first], b_.positions[of_b.first]},
+                                PointPair{longer * a_.positions[of_a.second], b_.positions[of_b.second]}});
     if (!frame) return;
-    SharedFrame shared{*frame, matches_at(*frame, of_a, of_b)};
+    SharedFrame shared{*frame, matches_at(*frame, stretch, of_a, of_b)};
     if (std::ranges::any_of(frames_,
                             [&](const SharedFrame& other) { return other.matches == shared.matches; }))
       return;
-    if (refine(shared)) frames_.push_back(std::move(shared));
+    if (most_of(shared) < best_ + std::log(options_.tail) || !refine(shared)) return;
+    best_ = std::max(best_, shared.log_likelihood);
+    frames_.push_back(std::move(shared));
+  }
+
+  /// No subset of its matches explains more. What is less likely than the best by the odds that are asked for
+  /// decides nothing.
+  double most_of(const SharedFrame& shared) const {
+    double sum = 0.0;
+    for (const LandmarkMatch& match : shared.matches) sum += std::max(0.0, log_evidence(match));
+    return sum * share_beyond_frame(shared.matches.size());
+  }
+
+  /// As two lengths say that are the same, beside what is known of the metres. docs/theory/merge.md, eq. 30a.
+  Stretch stretch_by(const Baseline& of_a, const Baseline& of_b) const {
+    const double by_metre = squared(a_.metre_sigma * of_a.length_m);
+    const double gain = by_metre / (of_a.variance + of_b.variance);
+    return {gain * (of_b.length_m / of_a.length_m - 1.0), (1.0 - gain) * squared(a_.metre_sigma)};
   }
 
   /// One to one, the nearest first; besides their own a frame of two points is as uncertain as those are, the
   /// more the farther away.
-  std::vector<LandmarkMatch> matches_at(const Pose2& frame, const Baseline& of_a,
+  std::vector<LandmarkMatch> matches_at(const Pose2& frame, const Stretch& stretch, const Baseline& of_a,
                                         const Baseline& of_b) const {
     std::vector<std::pair<double, LandmarkMatch>> near;
     const Matrix2 R = rotation(frame.heading);
     const Vector2 middle = 0.5 * (a_.positions[of_a.first] + a_.positions[of_a.second]);
-    const double sideways = difference_covariance(a_, of_a.first, of_a.second).trace() +
+    const double sideways = difference_covariance(own_, of_a.first, of_a.second).trace() +
                             difference_covariance(b_, of_b.first, of_b.second).trace();
     for (std::size_t i = 0; i < a_.positions.size(); ++i) {
       const double lever = (a_.positions[i] - middle).norm() / of_a.length_m;
       const double of_frame = sideways * (0.25 + lever * lever);
+      const Vector2 from_first = a_.positions[i] - a_.positions[of_a.first];
+      const Matrix2 P =
+          difference_covariance(own_, i, of_a.first) + stretch.variance * from_first * from_first.transpose();
       for (std::size_t j = 0; j < b_.positions.size(); ++j) {
         if (!may_match(i, j)) continue;
-        const Vector2 off = frame * a_.positions[i] - b_.positions[j];
-        const Matrix2 C = R * difference_covariance(a_, i, of_a.first) * R.transpose() +
-                          difference_covariance(b_, j, of_b.first) + of_frame * Matrix2::Identity();
+        const Vector2 off = frame * ((1.0 + stretch.share) * a_.positions[i]) - b_.positions[j];
+        const Matrix2 C =
+            R * P * R.transpose() + difference_covariance(b_, j, of_b.first) + of_frame * Matrix2::Identity();
         const double squared = off.dot(C.inverse() * off);
         if (squared <= gate_) near.push_back({squared, {i, j}});
       }
@@ -233,37 +223,29 @@ class FrameSearch {
         return true;
       }
       if (shared.matches.size() == 2) return false;
-      drop_worst(shared);
+      const std::size_t worst = worst_of(matched(a_, b_, shared.matches, fit.b_from_a));
+      shared.matches.erase(shared.matches.begin() + static_cast<std::ptrdiff_t>(worst));
     }
     return false;
   }
 
-  void drop_worst(SharedFrame& shared) const {
-    std::size_t worst = 0;
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < shared.matches.size(); ++i) {
-      std::vector<LandmarkMatch> others = shared.matches;
-      others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
-      const double cost = joint_fit(a_, b_, others, shared.b_from_a).cost;
-      if (!(cost < least)) continue;
-      least = cost;
-      worst = i;
-    }
-    shared.matches.erase(shared.matches.begin() + static_cast<std::ptrdiff_t>(worst));
+  /// Of the landmarks beyond those that the frame takes, one and a half, and half a one a metre: each lies as
+  /// near as it does, where by chance it would lie anywhere in the area.
+  double log_likelihood_of(const SharedFrame& shared, double cost) const {
+    double sum = 0.0;
+    for (const LandmarkMatch& match : shared.matches) sum += log_evidence(match);
+    return -0.5 * cost + sum * share_beyond_frame(shared.matches.size());
   }
 
-  /// Of the landmarks beyond those that the frame takes, one and a half: each lies as near as it does, where
-  /// by chance it would lie anywhere in the area.
-  double log_likelihood_of(const SharedFrame& shared, double cost) const {
-    double sum = -0.5 * cost;
-    double per_landmark = 0.0;
-    for (const LandmarkMatch& match : shared.matches) {
-      const Matrix2 C = block_of(a_.covariance, match.a, match.a) +
-                        block_of(b_.covariance, match.b, match.b) + kLeastMapVariance * Matrix2::Identity();
-      per_landmark += log_area_ - std::log(2.0 * kPi) - 0.5 * std::log(C.determinant());
-    }
-    const double count = static_cast<double>(shared.matches.size());
-    return sum + per_landmark * (count - 1.5) / count;
+  double log_evidence(const LandmarkMatch& match) const {
+    const Matrix2 C = block_of(own_.covariance, match.a, match.a) +
+                      block_of(b_.covariance, match.b, match.b) + kLeastMapVariance * Matrix2::Identity();
+    return log_area_ - std::log(2.0 * kPi) - 0.5 * std::log(C.determinant());
+  }
+
+  double share_beyond_frame(std::size_t matches) const {
+    const double taken = a_.metre_sigma > 0.0 ? 2.0 : 1.5;
+    return std::max(0.0, 1.0 - taken / static_cast<double>(matches));
   }
 
   static bool is_another(const SharedFrame& one, const SharedFrame& other) {
@@ -273,11 +255,13 @@ class FrameSearch {
     return 2 * static_cast<std::size_t>(common) < std::min(one.matches.size(), other.matches.size());
   }
 
-  const JointMap& a_;
+  const JointMap& own_;  ///< a in its own metre
+  JointMap a_;
   const JointMap& b_;
   MergeOptions options_;
   double gate_, gate_of_length_, log_area_;
   std::size_t tried_ = 0;
+  double best_ = -std::numeric_limits<double>::infinity();  ///< log likelihood of those in frames_
   std::vector<SharedFrame> frames_;
 };
 

@@ -28,10 +28,10 @@ struct SharedFrame {
       -std::numeric_limits<double>::infinity();  ///< against: no landmark of a is one of b
 };
 
-/// From pairs of landmarks as far apart in both maps: docs/theory/merge.md, eq. 30 to 32. (A few sightings
-/// among a map's landmarks are placed by such pairs too, but weighed by densities of poses, as there is a
-/// motion to follow: docs/theory/global-localization.md.) Throws CannotAnswer where none, or not one alone,
-/// explains what the two maps share.
+/// From pairs of landmarks as far apart in both maps, as far as a's metre_sigma allows beside that of b:
+/// docs/theory/merge.md, eq. 30 to 32. (A few sightings among a map's landmarks are placed by such pairs too,
+/// but weighed by densities of poses, as there is a motion to follow: docs/theory/global-localization.md.)
+/// Throws CannotAnswer where none, or not one alone, explains what the two maps share.
 [[nodiscard]] SharedFrame frame_between(const JointMap& a, const JointMap& b, const MergeOptions& options);
 
 }  // namespace trundle::slam
