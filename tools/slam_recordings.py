@@ -72,7 +72,11 @@ name = "front"
 passive = true
 steered = true
 x_m = 2.83
-{VICTORIA_SENSOR}"""
+{VICTORIA_SENSOR}
+[noise]
+wheel_per_sqrt_m = 0.1
+lateral_per_sqrt_m = 0.03
+"""
 
 
 def write(path, text):
