@@ -17,7 +17,7 @@ fi
 library=$oracle/root/usr/lib/$(uname -m)-linux-gnu
 includes=(-isystem "$oracle/root/usr/include")
 for package in pluginlib class_loader rcpputils rcutils ament_index_cpp; do includes+=(-isystem "$oracle/root/usr/include/$package"); done
-c++ -O2 -w "${includes[@]}" "$here/compare_logs/rosbag_time.cpp" -o "$oracle/rosbag_time" -L"$library" \
+c++ -O2 -w "${includes[@]}" "$here/rosbag_time.cpp" -o "$oracle/rosbag_time" -L"$library" \
   -Wl,-rpath-link,"$library" -lrosbag_storage -lroscpp_serialization -lrostime -lcpp_common -lconsole_bridge \
   -lclass_loader -lrcpputils -lament_index_cpp -lroslib -l:libboost_filesystem.so.1.74.0
 cmake --build "$build" --parallel 1 --target dump_log >&2
@@ -26,5 +26,5 @@ for _ in 1 2 3 4 5; do
   ROS_PACKAGE_PATH=$oracle/root/usr/share CMAKE_PREFIX_PATH=$oracle/prefix LD_LIBRARY_PATH=$library:$library/ros \
     "$oracle/rosbag_time" "$bag"
   TIMEFORMAT='Trundle, every field: %U s + %S s of the system'
-  time "$build/tests/dump_log" "$bag" --quiet 2>/dev/null
+  time "$build/tests/oracles/dump_log" "$bag" --quiet 2>/dev/null
 done
