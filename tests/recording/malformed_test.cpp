@@ -226,7 +226,9 @@ TEST(MalformedRecording, what_is_no_folder_of_a_recording) {
   const test::Folder folder;
   expect_refused(folder / "nowhere", "does not exist", "the folder of a recording");
   expect_refused(folder.path(), "holds no recording", "a folder with wheels.csv");
-  expect_refused(folder.write("notes.txt", "x"), "holds no recording", "a folder with wheels.csv");
+  expect_refused(folder.write("notes.txt", "x"), "is neither a folder nor a log of a known format",
+                 "the folder of a recording, or a log");
+  expect_refused(folder.write("empty.bag", ""), "is empty", "the folder of a recording, or a log");
 }
 
 TEST(MalformedRecording, tuples) {

@@ -243,6 +243,23 @@ TEST(RecordingsBelow, finds_the_folder_itself_or_all_inside_in_order) {
   EXPECT_EQ(read_recording(session / "later").session, "tour");
 }
 
+TEST(RecordingsBelow, says_of_a_file_that_it_is_empty_or_no_log) {
+  const test::Folder folder;
+  const auto fault_of = [](const std::filesystem::path& path) {
+    try {
+      (void)recordings_below(path);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_THAT(fault_of(folder.write("empty.bag", "")),
+              HasSubstr("empty.bag: is empty; expected the folder of a "));
+  EXPECT_THAT(fault_of(folder.write("short.bag", "#RO")),
+              HasSubstr("is neither a folder nor a log of a known format"));
+  EXPECT_THROW((void)read_recording(folder / "empty.bag"), InputError);
+}
+
 TEST(RecordingsBelow, looks_once_into_a_folder_that_links_lead_to) {
   const test::Folder folder;
   const std::filesystem::path session = folder.path().parent_path();

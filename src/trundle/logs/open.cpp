@@ -52,8 +52,10 @@ std::unique_ptr<Log> open_log(const fs::path& path, const Limits& limits) {
                      "that of a rosbag2, or the .db3 or .mcap file in it");
   const Format* const format = format_of(path);
   if (format == nullptr)
-    throw InputError(path.string(), "is no log of a known format",
-                     "a ROS 1 bag, a rosbag2 (folder, .db3 or .mcap), WPILOG, DataFlash or ULog");
+    throw InputError(
+        path.string(),
+        fs::is_regular_file(path) && fs::is_empty(path) ? "is empty" : "is no log of a known format",
+        "a ROS 1 bag, a rosbag2 (folder, .db3 or .mcap), WPILOG, DataFlash or ULog");
   return format->open(path, limits);
 }
 

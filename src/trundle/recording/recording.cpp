@@ -144,8 +144,12 @@ std::vector<std::string> tables_below(const fs::path& folder) {
 
 InputError no_recording_in(const fs::path& path) {
   constexpr std::size_t kMostNames = 5;  // more would make a list of the message
-  std::vector<std::string> names;
-  if (fs::is_directory(path)) names = tables_below(path);
+  if (!fs::is_directory(path)) {
+    const bool is_empty = fs::is_regular_file(path) && fs::is_empty(path);
+    return {path.string(), is_empty ? "is empty" : "is neither a folder nor a log of a known format",
+            "the folder of a recording, or a log: ROS 1 bag, rosbag2, MCAP, WPILOG, DataFlash or ULog"};
+  }
+  const std::vector<std::string> names = tables_below(path);
   if (names.empty())
     return {path.string(), "holds no recording",
             "a folder with wheels.csv or another stream, or recording.toml"};
@@ -299,8 +303,7 @@ std::vector<fs::path> recordings_below(const fs::path& folder) {
   if (is_run(folder)) return {folder};
   if (!fs::exists(folder)) throw InputError(folder.string(), "does not exist", "the folder of a recording");
   if (is_recording(folder)) return recordings_in(folder);
-  if (!fs::is_directory(folder))
-    throw InputError(folder.string(), "is not a folder", "the folder of a recording");
+  if (!fs::is_directory(folder)) throw no_recording_in(folder);
   std::vector<fs::path> found = found_below(folder);
   if (found.empty()) throw no_recording_in(folder);
   return found;
