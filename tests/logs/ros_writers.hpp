@@ -281,13 +281,13 @@ inline std::string mcap_of(const WrittenLog& log, const WrittenHow& how = {}) {
 /// Leaves the database open where `crash` is given: what is not in the file yet is in that beside it.
 inline sqlite3* write_sqlite_bag(const std::string& path, const WrittenLog& log,
                                  const std::string& compression = "none", bool crash = false,
-                                 bool with_definitions = false) {
+                                 bool with_definitions = false, std::size_t page_size = 512) {
   sqlite3* database = nullptr;
   sqlite3_open(path.c_str(), &database);
   const auto run = [&](const std::string& sql) {
     sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr);
   };
-  run("PRAGMA page_size=512");  // so that a small file has many
+  run("PRAGMA page_size=" + std::to_string(page_size));  // 512: a small file has many
   if (crash) run("PRAGMA journal_mode=WAL; PRAGMA wal_autocheckpoint=0;");
   run("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, "
       "serialization_format TEXT "
@@ -307,6 +307,7 @@ inline sqlite3* write_sqlite_bag(const std::string& path, const WrittenLog& log,
       run("INSERT INTO message_definitions VALUES (NULL, '" + channel.type + "', 'ros2msg', '" +
           channel.definition + "', '')");
   }
+  run("BEGIN");
   for (const WrittenMessage& message : log.messages) {
     sqlite3_stmt* insert = nullptr;
     sqlite3_prepare_v2(database, "INSERT INTO messages VALUES (NULL, ?, ?, ?)", -1, &insert, nullptr);
@@ -317,6 +318,7 @@ inline sqlite3* write_sqlite_bag(const std::string& path, const WrittenLog& log,
     sqlite3_step(insert);
     sqlite3_finalize(insert);
   }
+  run("COMMIT");
   if (crash) return database;
   sqlite3_close(database);
   return nullptr;

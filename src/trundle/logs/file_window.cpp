@@ -6,14 +6,8 @@
 #include "trundle/io/error.hpp"
 
 namespace trundle::logs {
-namespace {
 
-/// Read at once, so that records of some bytes do not each cost a call [bytes].
-constexpr std::size_t kBlock = std::size_t{1} << 18;
-
-}  // namespace
-
-FileWindow::FileWindow(const std::filesystem::path& path) : path_(path) {
+FileWindow::FileWindow(const std::filesystem::path& path, std::size_t block) : path_(path), block_(block) {
   std::error_code error;
   if (!std::filesystem::exists(path, error)) throw InputError(path.string(), "does not exist", "a log");
   if (!std::filesystem::is_regular_file(path, error))
@@ -31,7 +25,7 @@ std::span<const std::byte> FileWindow::peek(std::size_t count) {
     if (keeps) std::copy_n(buffer_.begin() + static_cast<std::ptrdiff_t>(offset), kept, buffer_.begin());
     buffer_start_ = position_;
     const std::uint64_t most = std::max<std::uint64_t>(left(), kept);
-    const auto wanted = static_cast<std::size_t>(std::min<std::uint64_t>(std::max(count, kBlock), most));
+    const auto wanted = static_cast<std::size_t>(std::min<std::uint64_t>(std::max(count, block_), most));
     // What was large once need not stay: chunks are alike, a single record is not.
     buffer_.resize(std::max(wanted, kept));
     in_.clear();

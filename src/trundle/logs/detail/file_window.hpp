@@ -14,8 +14,12 @@ namespace trundle::logs {
 /// The bytes of a file from a place on, which moves: only what is looked at is in memory.
 class FileWindow {
  public:
-  /// Throws InputError where the file cannot be opened, or is a folder, pipe or device.
-  explicit FileWindow(const std::filesystem::path& path);
+  /// Read at once, so that records of some bytes do not each cost a call [bytes].
+  static constexpr std::size_t kBlock = std::size_t{1} << 18;
+
+  /// `block`: less where it goes to and fro. Throws InputError where the file cannot be opened, or is a
+  /// folder, pipe or device.
+  explicit FileWindow(const std::filesystem::path& path, std::size_t block = kBlock);
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
   /// When it was opened [bytes].
@@ -31,6 +35,7 @@ class FileWindow {
  private:
   std::filesystem::path path_;
   std::ifstream in_;
+  std::size_t block_;
   std::uint64_t size_ = 0;
   std::uint64_t position_ = 0;
   std::uint64_t buffer_start_ = 0;
