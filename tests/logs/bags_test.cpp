@@ -271,27 +271,31 @@ class EverySqliteBag : public testing::TestWithParam<const char*> {};
 
 TEST_P(EverySqliteBag, cut_off_anywhere_gives_messages_from_the_front_and_says_so) {
   const Folder folder;
-  const WrittenLog log = counting_log(40, true);
+  // A file that is compressed as a whole is in blocks, each of 128 KB of what it becomes.
+  const bool is_in_blocks = std::string_view(GetParam()) == "file";
+  const WrittenLog log = counting_log(is_in_blocks ? 20'000 : 40, true);
   const std::vector<std::string> lines = lines_of(log);
   const std::string whole = sqlite_file(folder, log, GetParam());
   EXPECT_EQ(read_bag(folder.write("log", whole)).lines, lines);
   std::set<std::size_t> counts;
-  for (std::size_t size = 0; size < whole.size(); ++size) {
+  std::size_t refused = 0;  // the first bytes that are enough for the tables
+  for (std::size_t size = 0; size < whole.size(); size += is_in_blocks ? whole.size() / 15 : 1) {
     const fs::path path = folder.write("log", whole.substr(0, size));
     try {
       const WhatCame came = read_bag(path);
       ASSERT_LE(came.lines.size(), lines.size()) << size;
       ASSERT_TRUE(std::equal(came.lines.begin(), came.lines.end(), lines.begin())) << size;
       ASSERT_TRUE(came.cut) << size;
+      ASSERT_TRUE(counts.empty() || came.lines.size() >= *counts.rbegin()) << size;
       counts.insert(came.lines.size());
-    } catch (const InputError&) {  // without its tables there is nothing to read
-    } catch (const BadDefinition&) {
+    } catch (const InputError&) {
+      ASSERT_TRUE(counts.empty()) << size;
+      refused = size;
     }
   }
-  // A file that is compressed as a whole is one block as long as it is so small.
-  if (std::string_view(GetParam()) != "file") {
-    EXPECT_GE(counts.size(), 3U);
-  }
+  EXPECT_LT(refused, whole.size() / 2);
+  EXPECT_GE(counts.size(), 3U);
+  EXPECT_GE(*counts.rbegin(), lines.size() * 3 / 4);
   EXPECT_LT(peak_memory_mb(), kMostMemory_mb);
 }
 
@@ -324,13 +328,18 @@ TEST(SqliteBag, a_folder_whose_last_file_is_cut_gives_what_comes_before) {
   constexpr std::size_t kStep = 61;  // a prime: all places in a page are met
   for (std::size_t size = 0; size < whole.size(); size += kStep) {
     folder.write("log_1.db3", whole.substr(0, size));
-    try {
-      const WhatCame came = read_bag(folder.path());
-      ASSERT_GE(came.lines.size(), 40U) << size;
-      ASSERT_TRUE(came.cut) << size;
-    } catch (const InputError&) {
-    }
+    const WhatCame came = read_bag(folder.path());
+    ASSERT_GE(came.lines.size(), 40U) << size;
+    ASSERT_TRUE(came.cut) << size;
   }
+  folder.write("log_1.db3", whole.substr(0, 300));
+  EXPECT_THAT(read_bag(folder.path()).cut->reason, HasSubstr("its last file is left out: "));
+  folder.write("log_1.db3", whole);
+  folder.write("log_0.db3", whole.substr(0, 300));  // of those before every one is needed
+  EXPECT_THROW(read_bag(folder.path()), InputError);
+  fs::remove(folder / "log_1.db3");
+  folder.write("log_0.db3", whole);
+  EXPECT_THROW(read_bag(folder.path()), InputError);  // missing, not cut
 }
 
 // ---- What asks for too much ----

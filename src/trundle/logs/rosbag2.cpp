@@ -48,7 +48,16 @@ class SplitBag : public Log {
       throw InputError((folder / "metadata.yaml").string(), "names no file under relative_file_paths",
                        "the metadata that rosbag2 writes, or the .db3 or .mcap file itself");
     for (const std::string& name : names) {
-      logs_.push_back(open_log(file_of(folder, name), limits));
+      const fs::path file = file_of(folder, name);
+      // The last one is where recording was killed, perhaps before it held anything.
+      const bool may_be_unreadable = !logs_.empty() && &name == &names.back() && fs::exists(file);
+      try {
+        logs_.push_back(open_log(file, limits));
+      } catch (const InputError& error) {
+        if (!may_be_unreadable) throw;
+        unreadable_ = Cut{folder.string(), 0, fmt::format("its last file is left out: {}", error.what())};
+        break;
+      }
       note_channels(*logs_.back());
     }
   }
@@ -67,6 +76,7 @@ class SplitBag : public Log {
       }
       if (logs_[current_]->cut() && !cut_) cut_ = logs_[current_]->cut();
     }
+    if (!cut_) cut_ = unreadable_;
     return std::nullopt;
   }
 
@@ -97,6 +107,7 @@ class SplitBag : public Log {
   ChannelList channels_;
   std::map<std::pair<std::string, std::string>, Channel*> by_name_;
   std::map<const Channel*, const Channel*> by_original_;
+  std::optional<Cut> unreadable_;  ///< the last file
   std::optional<Cut> cut_;
 };
 
