@@ -75,7 +75,7 @@ class FileDecompressor {
 /// The log that was compressed, and its file while it is read.
 class Unpacked : public Log {
  public:
-  Unpacked(const fs::path& path, const Limits& limits) {
+  Unpacked(const fs::path& path, const Limits& limits) : path_(path) {
     const fs::path inner =
         folder_.path() /
         (path.extension() == ".zstd" || path.extension() == ".zst" ? path.stem() : path.filename());
@@ -89,10 +89,18 @@ class Unpacked : public Log {
 
   std::string_view format() const override { return log_->format(); }
   std::span<const Channel* const> channels() const override { return log_->channels(); }
-  std::optional<Message> next() override { return log_->next(); }
-  const std::optional<Cut>& cut() const override { return cut_ ? cut_ : log_->cut(); }
+  std::optional<Message> next() override {
+    std::optional<Message> message = log_->next();
+    if (!message && !cut_ && log_->cut()) {
+      cut_ = log_->cut();
+      cut_->place = path_.string();  // not that of the file that is gone afterwards
+    }
+    return message;
+  }
+  const std::optional<Cut>& cut() const override { return cut_; }
 
  private:
+  fs::path path_;
   TemporaryFolder folder_;
   std::unique_ptr<Log> log_;
   std::optional<Cut> cut_;
