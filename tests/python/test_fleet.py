@@ -56,6 +56,23 @@ class WithLogs(WithFolder):
     def rows(self, statement):
         return store.Store(self.url).transact(lambda connection: connection.execute(sqlalchemy.text(statement)).all())
 
+    def in_the_middle(self, kill, seconds=60.0):
+        """Calls it when some logs have their final rows and others are worked on, of which none can be stored until it has
+        returned. Where it returns False it is called again at another such moment."""
+        database, end = store.Store(self.url), time.monotonic() + seconds
+        database.create_tables()
+        while time.monotonic() < end:
+            with database.engine.connect() as connection:
+                if not database.is_sqlite:  # of SQLite any transaction has all of it
+                    connection.execute(sqlalchemy.text("LOCK TABLE log IN EXCLUSIVE MODE"))
+                states = dict(connection.execute(sqlalchemy.text("SELECT state, count(*) FROM log GROUP BY state")).all())
+                self.assertNotEqual(states.keys(), {"done"}, "every log was done before something was killed")
+                if "done" in states and "leased" in states and kill() is not False:
+                    connection.invalidate()  # the server may be what was killed
+                    return
+            time.sleep(0.01)
+        self.fail(f"no log was done, and others worked on, within {seconds:g} s: {states}")
+
 
 class Logs(WithLogs):
     def test_of_a_folder_a_pattern_and_a_list(self):

@@ -58,6 +58,8 @@ class LeasesOnPostgres(test_fleet.Leases, test_fleet.WithFolder):
 
 
 class OnPostgres(test_fleet.WithLogs):
+    ROBOTS, LOGS = 12, 2
+
     def test_same_rows_as_on_sqlite_though_the_server_is_killed(self):
         self.fleet()
         expected = fleet_logs.finals(self.url)
@@ -65,8 +67,8 @@ class OnPostgres(test_fleet.WithLogs):
         empty()
         working = threading.Thread(target=self.fleet)
         working.start()
-        time.sleep(0.7)
-        SERVER.kill()
+        self.addCleanup(working.join)
+        self.in_the_middle(SERVER.kill)
         SERVER.start()
         working.join()
         self.assertEqual(fleet_logs.finals(self.url), expected)
