@@ -3,12 +3,14 @@
 import contextlib
 import gc
 import io
+import os
+import signal
 import socket
 import subprocess
 import sys
-import threading
 import time
 import unittest
+from pathlib import Path
 
 try:
     import distributed  # noqa: F401
@@ -16,8 +18,8 @@ except ImportError as missing:
     raise unittest.SkipTest(f"{missing}: apt-get install python3-distributed") from missing
 
 import fleet_logs
+import guard
 import test_fleet
-from trundle.fleet import store
 
 
 class OnDask(test_fleet.WithLogs):
@@ -25,6 +27,7 @@ class OnDask(test_fleet.WithLogs):
 
     def setUp(self):
         super().setUp()
+        self.addCleanup(guard.Guard(self.folder).close)
         self.fleet()
         self.expected = fleet_logs.finals(self.url)
         self.url = f"sqlite:///{self.folder}/dask.db"
@@ -38,26 +41,62 @@ class OnDask(test_fleet.WithLogs):
         self.assertGreater(made, self.ROBOTS // 2)
 
     def test_a_scheduler_that_is_killed_with_its_worker(self):
-        port = _free_port()
-        address = f"tcp://127.0.0.1:{port}"
-        start = lambda *words: subprocess.Popen([sys.executable, "-m", "distributed.cli." + words[0], *words[1:]],
-                                                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        scheduler = lambda: start("dask_scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard")
-        work = lambda: start("dask_worker", address, "--nthreads", "1", "--no-dashboard", "--no-nanny", "--death-timeout", "20",
-                             "--local-directory", str(self.folder))
-        processes = [scheduler(), work()]
-        self.addCleanup(lambda: [(process.kill(), process.wait()) for process in processes])
-        self.wait_for(port)
-        client = threading.Thread(target=self.fleet, args=("--scheduler", address, "--lease-s", "1"))
-        client.start()
-        end = time.monotonic() + 60
-        while time.monotonic() < end and not self.any_done():
+        port = self.start_scheduler()
+        worker = self.start_worker(port)
+        client = self.start_client("--scheduler", _address(port))
+
+        def kill():
+            for process in (self.scheduler, worker):
+                _kill(process)
+
+        self.in_the_middle(kill)
+        self.start_scheduler(port)
+        self.start_worker(port)
+        self.assertEqual(client.wait(), 0)
+        self.assertEqual(fleet_logs.finals(self.url), self.expected)
+
+    def test_a_worker_that_is_killed(self):
+        """At first only the process in which it works, which it starts again; then both."""
+        port = self.start_scheduler()
+        worker = self.start_worker(port)
+        client = self.start_client("--scheduler", _address(port))
+
+        def kill_host():
+            hosts = [host for host in _children_of(worker.pid) if _children_of(host)]  # it is at work on a log
+            for host in hosts:
+                os.kill(host, signal.SIGKILL)
+            return bool(hosts)
+
+        def kill_both():
+            if not kill_host():
+                return False
+            _kill(worker)
+
+        self.in_the_middle(kill_host)
+        self.in_the_middle(kill_both)
+        self.start_worker(port)
+        self.assertEqual(client.wait(), 0)
+        self.assertEqual(fleet_logs.finals(self.url), self.expected)
+        self.assertGreater(self.rows("SELECT max(losses) FROM log")[0][0], 0)
+
+    def test_a_client_that_is_killed(self):
+        """The same command goes on where it was."""
+        port = self.start_scheduler()
+        self.start_worker(port)
+        client = self.start_client("--scheduler", _address(port))
+        self.in_the_middle(lambda: _kill(client))
+        self.assertEqual(self.start_client("--scheduler", _address(port)).wait(), 0)
+        self.assertEqual(fleet_logs.finals(self.url), self.expected)
+
+    def test_a_client_that_is_killed_with_a_cluster_of_its_own(self):
+        """Whose processes end."""
+        client = self.start_client("--workers", "1")
+        self.in_the_middle(lambda: _kill(client))
+        end = time.monotonic() + 60.0
+        while (left := guard.processes_of(self.folder)) and time.monotonic() < end:
             time.sleep(0.05)
-        for process in processes:
-            process.kill()
-            process.wait()
-        processes[:] = [scheduler(), work()]
-        client.join()
+        self.assertEqual(left, [])
+        self.assertEqual(self.start_client("--workers", "1").wait(), 0)
         self.assertEqual(fleet_logs.finals(self.url), self.expected)
 
     def test_a_scheduler_that_never_answers(self):
@@ -77,20 +116,48 @@ class OnDask(test_fleet.WithLogs):
             gc.collect()  # what a client that was not made in full leaves
         self.assertEqual(errors.getvalue(), "trundle-fleet: tls://127.0.0.1:8786: no certificates; expected distributed.comm.tls in Dask's configuration\n")
 
-    def wait_for(self, port):
+    def start(self, *words):
+        process = subprocess.Popen([sys.executable, "-m", *map(str, words)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                   env={**os.environ, "FLEET_TEST": f"{self.folder}/"})  # what the guard knows it by
+        self.addCleanup(_kill, process)
+        return process
+
+    def start_scheduler(self, port=None):
+        """Its port, at which it listens."""
+        port = port or _free_port()
+        self.scheduler = self.start("distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", port, "--no-dashboard")
         end = time.monotonic() + 60
         while True:
             try:
-                return socket.create_connection(("127.0.0.1", port)).close()
+                socket.create_connection(("127.0.0.1", port)).close()
+                return port
             except ConnectionRefusedError:
                 self.assertLess(time.monotonic(), end)
                 time.sleep(0.05)
 
-    def any_done(self):
-        try:
-            return self.rows("SELECT count(*) FROM log WHERE state = 'done'")[0][0]
-        except store.DatabaseUnreachable:  # the client has made no tables yet
-            return 0
+    def start_worker(self, port):
+        return self.start("distributed.cli.dask_worker", _address(port), "--nthreads", "1", "--no-dashboard", "--no-nanny",
+                          "--death-timeout", "20", "--local-directory", self.folder)
+
+    def start_client(self, *more):
+        return self.start("trundle.fleet", self.logs, "--database", self.url, "--quiet", "--lease-s", "1", *more)
+
+
+def _address(port):
+    return f"tcp://127.0.0.1:{port}"
+
+
+def _kill(process):
+    process.kill()
+    process.wait()
+
+
+def _children_of(process):
+    found = []
+    for thread in Path(f"/proc/{process}/task").glob("*/children"):
+        with contextlib.suppress(OSError):  # it ended
+            found += map(int, thread.read_text().split())
+    return found
 
 
 def _free_port():
