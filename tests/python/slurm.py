@@ -18,6 +18,7 @@ from guard import Guard
 
 _PATH = os.pathsep.join((os.environ.get("PATH", ""), "/usr/sbin", "/usr/bin"))  # daemons are not on a user's
 MISSING = [name for name in ("munged", "slurmctld", "slurmd", "slurmstepd", "sbatch") if shutil.which(name, path=_PATH) is None]
+PACKAGES = "slurmctld slurmd slurm-client munge"
 
 # No cgroups, no database of accounts, and two processors whatever the machine has.
 _CONFIGURATION = """
@@ -48,6 +49,14 @@ SlurmdParameters=config_overrides
 NodeName=localhost NodeAddr=127.0.0.1 CPUs=2
 PartitionName=fleet Nodes=localhost Default=YES
 """
+
+
+def can_be_installed() -> bool:
+    """Whether the system has such packages."""
+    try:
+        return subprocess.run(["apt-cache", "show", *PACKAGES.split()], capture_output=True, check=False).returncode == 0
+    except OSError:  # not a Debian
+        return False
 
 
 class Slurm:

@@ -9,12 +9,12 @@ import unittest
 from pathlib import Path
 
 import trundle
-from common import WithFolder
+from common import WithFolder, missing
 
 try:
     import matplotlib.pyplot
-except ImportError as missing:
-    raise unittest.SkipTest(f"{missing}: apt-get install python3-pandas python3-matplotlib") from missing
+except ImportError as error:
+    raise missing(f"{error}: apt-get install python3-pandas python3-matplotlib") from error
 
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 

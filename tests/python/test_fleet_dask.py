@@ -12,10 +12,12 @@ import time
 import unittest
 from pathlib import Path
 
+from common import missing
+
 try:
     import distributed  # noqa: F401
-except ImportError as missing:
-    raise unittest.SkipTest(f"{missing}: apt-get install python3-distributed") from missing
+except ImportError as error:
+    raise missing(f"{error}: apt-get install python3-distributed") from error
 
 import fleet_logs
 import guard

@@ -10,12 +10,12 @@ import unittest
 import unittest.mock
 from pathlib import Path
 
-from common import ROBOT, WithFolder
+from common import ROBOT, WithFolder, missing
 
 try:
     import sqlalchemy
-except ImportError as missing:
-    raise unittest.SkipTest(f"{missing}: apt-get install python3-sqlalchemy") from missing
+except ImportError as error:
+    raise missing(f"{error}: apt-get install python3-sqlalchemy") from error
 
 import fleet_page
 from fleet_logs import make_logs

@@ -7,10 +7,12 @@ import threading
 import time
 import unittest
 
+from common import missing
+
 try:
     import psycopg2  # noqa: F401
-except ImportError as missing:
-    raise unittest.SkipTest(f"{missing}: apt-get install python3-psycopg2") from missing
+except ImportError as error:
+    raise missing(f"{error}: apt-get install python3-psycopg2") from error
 
 import fleet_logs
 import guard
@@ -19,7 +21,7 @@ import test_fleet
 from trundle.fleet import store
 
 if not postgres.PROGRAMS:
-    raise unittest.SkipTest("no PostgreSQL: apt-get install postgresql")
+    raise missing("no PostgreSQL: apt-get install postgresql")
 
 
 def setUpModule():

@@ -4,6 +4,8 @@ import re
 import unittest
 from pathlib import Path
 
+from common import missing
+
 import test_fleet_postgres  # says what is missing for it
 
 import fleet_logs
@@ -14,7 +16,8 @@ from trundle.fleet import store
 from trundle.fleet.logs import find_logs, in_shard
 
 if slurm.MISSING:
-    raise unittest.SkipTest(f"no {', '.join(slurm.MISSING)}: apt-get install slurmctld slurmd slurm-client munge")
+    no_slurm = f"no {', '.join(slurm.MISSING)}: apt-get install {slurm.PACKAGES}"
+    raise missing(no_slurm) if slurm.can_be_installed() else unittest.SkipTest(f"{no_slurm}, where there are such packages")
 
 SCRIPT, LINE = re.search(r"\*\*Slurm\.\*\*.*?^```sh\n(#!.*?)^```.*?^```sh\n(sbatch .*?)\n```", Path("docs/fleet.md").read_text(encoding="utf-8"),
                          re.DOTALL | re.MULTILINE).groups()

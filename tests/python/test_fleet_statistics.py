@@ -4,12 +4,12 @@ import datetime
 import math
 import unittest
 
-from common import numpy
+from common import missing, numpy
 
 try:
     import sqlalchemy  # noqa: F401
-except ImportError as missing:
-    raise unittest.SkipTest(f"{missing}: apt-get install python3-sqlalchemy") from missing
+except ImportError as error:
+    raise missing(f"{error}: apt-get install python3-sqlalchemy") from error
 
 from trundle.fleet import distributions, drift, needs, outliers, population, series, summary
 

@@ -3,14 +3,14 @@
 import unittest
 
 import trundle
-from common import DEMO, ROBOT, TOUR, WithFolder
+from common import DEMO, ROBOT, TOUR, WithFolder, missing
 
 try:
     import matplotlib.pyplot
     import numpy
     import pandas
-except ImportError as missing:
-    raise unittest.SkipTest(f"{missing}: apt-get install python3-pandas python3-matplotlib") from missing
+except ImportError as error:
+    raise missing(f"{error}: apt-get install python3-pandas python3-matplotlib") from error
 
 
 class Presentation(WithFolder):

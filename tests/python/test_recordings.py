@@ -8,7 +8,7 @@ import unittest
 
 import numpy
 import trundle
-from common import DEMO, ROBOT, TOUR, WithFolder
+from common import DEMO, ROBOT, TOUR, WithFolder, missing
 
 STREAMS = ("wheels", "gyro", "sightings", "reference")
 
@@ -53,8 +53,8 @@ class FromArrays(WithFolder):
     def pandas(self):
         try:
             import pandas
-        except ImportError as missing:
-            self.skipTest(f"{missing}: apt-get install python3-pandas")
+        except ImportError as error:
+            raise missing(f"{error}: apt-get install python3-pandas") from error
         return pandas
 
     def test_landmarks_and_unknown_ones(self):

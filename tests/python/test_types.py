@@ -10,9 +10,10 @@ import unittest
 from pathlib import Path
 
 import trundle
+from common import missing
 
 if importlib.util.find_spec("mypy") is None:
-    raise unittest.SkipTest("no mypy: apt-get install mypy")
+    raise missing("no mypy: apt-get install mypy")
 
 USE = """
 import pandas
