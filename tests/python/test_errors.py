@@ -178,15 +178,35 @@ class LongCalls(WithFolder):
             self.assertEqual(process.wait(), 0)
             self.assertLess(time.monotonic() - start, 5.0)  # a step of so many particles takes a part of a second
 
-    def test_control_c_of_other_calls(self):
+    def assert_interrupted(self, call, before, *arguments):
         """Every long loop looks: a signal that came before is seen in its first look. By the processor's time, of which others
-        that work on the machine take none."""
+        that work on the machine take none. Nothing is left in the folder of what Python writes."""
+        code = f"""
+import signal, sys, threading, time, numpy, trundle
+{before}
+threading.Timer(0.1, lambda: signal.raise_signal(signal.SIGINT)).start()
+start = time.process_time()
+try:
+    {call}
+    print("done", time.process_time() - start)
+except KeyboardInterrupt:
+    print("interrupted", time.process_time() - start)
+"""
+        with self.subTest(call):
+            done = subprocess.run([sys.executable, "-c", code, *map(str, arguments)], capture_output=True, text=True)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            word, seconds = done.stdout.split()
+            self.assertEqual(word, "interrupted")
+            self.assertLess(float(seconds), 5.0)
+            self.assertEqual([file.name for file in self.ours.rglob("*") if file.is_file()], [])
+
+    def test_control_c_of_other_calls(self):
         for call in ("trundle.calibrate([data] * 60, robot)", "trundle.smooth(data, robot, filter='fastslam1', particles=20000)",
+                     "trundle.slam_together([data, data], robot, filter='fastslam1', particles=20000)",
                      "trundle.odometry(long, robot)", "trundle.slip(long, robot)", "found.save(sys.argv[3])",
                      "found.trajectory.save(sys.argv[3])", "trundle.evaluate(found, long)", "long.info(robot)",
                      "long.save(sys.argv[3])"):
-            code = f"""
-import signal, sys, threading, time, numpy, trundle
+            before = f"""
 data, robot = trundle.Recording(sys.argv[1]), trundle.Robot(sys.argv[2])
 time_s = numpy.arange(0.0, 40000.0, 0.02)
 ticks = numpy.mod(time_s * 300.0, 65536.0).round()
@@ -196,23 +216,24 @@ long = trundle.Recording.from_arrays(wheels=dict(time_s=time_s, left_ticks=ticks
                                      reference=dict(time_s=time_s, x_m=0.1 * time_s, y_m=0.0 * time_s, heading_rad=0.0 * time_s),
                                      sightings=dict(time_s=time_s[sees], landmark=["a"] * len(time_s[sees]),
                                                     range_m=0.0 * time_s[sees] + 1.0, bearing_rad=0.0 * time_s[sees]))
-found = trundle.odometry(long, robot) if "found" in "{call}" else None
-threading.Timer(0.1, lambda: signal.raise_signal(signal.SIGINT)).start()
-start = time.process_time()
-try:
-    {call}
-    print("done", time.process_time() - start)
-except KeyboardInterrupt:
-    print("interrupted", time.process_time() - start)
-"""
-            with self.subTest(call):
-                done = subprocess.run([sys.executable, "-c", code, TOUR, ROBOT, self.folder / "saved.csv"],
-                                      capture_output=True, text=True)
-                self.assertEqual(done.returncode, 0, done.stderr)
-                word, seconds = done.stdout.split()
-                self.assertEqual(word, "interrupted")
-                self.assertLess(float(seconds), 5.0)
-                self.assertEqual([file.name for file in self.folder.rglob("*") if file.is_file()], [])
+found = trundle.odometry(long, robot) if "found" in "{call}" else None"""
+            self.assert_interrupted(call, before, TOUR, ROBOT, self.ours / "saved.csv")
+
+    def test_control_c_of_calls_on_files(self):
+        """Of six hours. umbmark takes many runs, as one of squares is short."""
+        scenario, place, squares = self.theirs / "scenario.toml", self.theirs / "drive", f"{DEMO}/session_01/square_cw_01"
+        text = Path(DEMO, "slip.toml").read_text().replace('"robot.toml"', f'"{Path(ROBOT).resolve()}"')
+        scenario.write_text(text.replace("length_m = 20", "length_m = 5000"))
+        [drive] = trundle.simulate(scenario, place)
+        trundle.odometry(drive, ROBOT).save(self.theirs / "odometry.csv")
+        for call in ("trundle.simulate(scenario, ours)", "trundle.run(drive, robot, ours)",
+                     "trundle.report(odometry, reference=drive, robot=robot)",
+                     "trundle.localize(recording, robot, drive + '/landmarks.csv')",
+                     "trundle.umbmark([squares] * 800, robot, side_m=2)"):
+            before = f"""
+scenario, drive, odometry, squares, robot, ours = sys.argv[1:]
+recording = trundle.Recording(drive) if "recording" in "{call}" else None"""
+            self.assert_interrupted(call, before, scenario, place, self.theirs / "odometry.csv", squares, ROBOT, self.ours)
 
 
 if __name__ == "__main__":
