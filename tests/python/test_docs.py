@@ -1,9 +1,14 @@
 """What docstrings, docs/python.md and the notebook show is what comes out."""
 
 import ast
+import contextlib
 import doctest
 import inspect
+import io
 import json
+import math
+import os
+import random
 import re
 import unittest
 from pathlib import Path
@@ -25,6 +30,20 @@ def run_cell(source, place, names):
     last = lines.body.pop() if isinstance(lines.body[-1], ast.Expr) else None
     exec(compile(lines, place, "exec"), names)
     return None if last is None else eval(compile(ast.Expression(last.value), place, "eval"), names)
+
+
+def foreign_log(path):
+    """Semicolons, milliseconds, counts and degrees, as a robot of 0.3 m between wheels of 0.1 m and 1000 counts writes it on a
+    square of 2 m, whose end is its beginning."""
+    draw = random.Random(3)
+    rows, time, ways = ["t_ms;enc_l;enc_r;gyro_deg_s"], 0, [0.0, 0.0]
+    for seconds, speed, turn in [(4, 0.0, 0.0)] + 4 * [(5, 0.4, 0.0), (1, 0.0, 0.0), (2, 0.0, math.pi / 4), (1, 0.0, 0.0)]:
+        for _ in range(50 * seconds):
+            time += 20
+            ways = [way + 0.02 * (speed + side * turn) for way, side in zip(ways, (-0.15, 0.15))]
+            counts = [math.floor(1000 * way / (0.1 * math.pi)) for way in ways]
+            rows.append(f"{time};{counts[0]};{counts[1]};{math.degrees(turn) + 0.5 + draw.gauss(0.0, 0.1):.3f}")
+    path.write_text("\n".join(rows) + "\n")
 
 
 class Docs(WithFolder):
@@ -58,6 +77,44 @@ class Docs(WithFolder):
         self.assertGreater(len(sessions), 3)
         test = doctest.DocTestParser().get_doctest("\n".join(sessions), {"OUT": str(self.folder)}, "docs/python.md", None, 0)
         self.assertEqual(doctest.DocTestRunner(optionflags=FLAGS).run(test).failed, 0)
+
+    def own_csv(self, change=lambda source: source):
+        """The page's section about one's own log, where one is: what it prints, and its names."""
+        page = Path("docs/python.md").read_text(encoding="utf-8").split("## Your own CSV, in five minutes")[1].split("\n## ")[0]
+        block = lambda language: re.search(rf"^```{language}\n(.*?)^```", page, re.DOTALL | re.MULTILINE)[1]
+        self.addCleanup(os.chdir, os.getcwd())
+        os.chdir(self.folder)
+        Path("robot.toml").write_text(block("toml"))
+        foreign_log(Path("my_log.csv"))
+        names = {}
+        with contextlib.redirect_stdout(io.StringIO()) as said:
+            exec(compile(change(block("python")), "docs/python.md", "exec"), names)
+        matplotlib.pyplot.close("all")
+        return said.getvalue(), names
+
+    def test_ones_own_csv(self):
+        said, names = self.own_csv()
+        self.assertEqual(said, "")
+        end = names["found"].end
+        self.assertLess(math.hypot(end.x_m, end.y_m), 0.05)
+        self.assertAlmostEqual(names["found"].path_length_m, 8.0, delta=0.1)
+        self.assertEqual(Path("tour.png").read_bytes()[:4], b"\x89PNG")
+
+    def test_ones_own_csv_in_degrees_is_named(self):
+        """And not without the robot, as the page says."""
+        said, names = self.own_csv(lambda source: source.replace("numpy.radians", ""))
+        self.assertIn("degrees per second", said)
+        self.assertEqual(names["tour"].findings, [])
+
+    def test_ones_own_csv_is_drafted(self):
+        """Three lines are to be filled in; then it is the same recording."""
+        said, names = self.own_csv()
+        folder = Path("log")
+        folder.mkdir()
+        Path("my_log.csv").rename(folder / "my_log.csv")
+        self.assertEqual(len(trundle.init(folder, "drafts").to_fill_in), 3)
+        drafted, ours = trundle.odometry("drafts", "robot.toml").end, names["found"].end
+        self.assertLess(math.hypot(drafted.x_m - ours.x_m, drafted.y_m - ours.y_m), 1e-9)
 
     def test_the_notebook(self):
         """Its cells by this interpreter; results are shown as a notebook would ask for them."""
