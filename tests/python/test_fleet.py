@@ -277,6 +277,14 @@ class OnSqlite(WithLogs):
         said = self.said("2 of 6 logs were taken over by another call", code=3)
         self.assertEqual(len(said), 1)
 
+    def test_the_line_of_a_log_says_which_one(self):
+        """Also where the program calls a recording as its folder is called: a day is the name of many."""
+        for log in ("robot_0001", "robot_0002"):
+            (self.logs / log / "2026-03-02/robot.toml").write_text('name = "without_wheels"\n')
+        said = self.said("2 of 6 logs failed")
+        self.assertEqual([line.split(": ")[1:3] for line in said[:2]],
+                         [[f"{self.logs}/robot_000{number}/2026-03-02", "says nothing of how the robot moved"] for number in (1, 2)])
+
     def test_the_first_lines_of_what_failed_are_said(self):
         for wheels in self.logs.glob("*/*/wheels.csv"):
             wheels.write_text("time_s,left_ticks\n0,1\n")

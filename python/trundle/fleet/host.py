@@ -19,6 +19,8 @@ import time
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn, Optional
 
+from .logs import path_and_number
+
 
 class Limits(NamedTuple):
     memory_mb: int = 2048
@@ -37,7 +39,11 @@ class Host:
 
     def ask(self, log: str, robot_file: str, limits: Limits) -> dict[str, Any]:
         """{"document": what `work.analyse` gives} or {"line": why there is none}."""
-        return self._ask("analyse", log, [log, robot_file], limits)
+        answer, path = self._ask("analyse", log, [log, robot_file], limits), path_and_number(log)[0]
+        line = answer.get("line", path)
+        if path not in line and robot_file not in line:  # a recording is called as its folder, and a day is the name of many
+            answer["line"] = f"{log}: {line.removeprefix(f'{Path(path).name}: ')}"
+        return answer
 
     def ask_report(self, robot: str, shows: dict[str, Any], limits: Limits) -> dict[str, Any]:
         """{"document": what `work.report` gives} or {"line": why there is none}."""
