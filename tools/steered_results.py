@@ -62,7 +62,7 @@ def tricycle(program, out):
         held = [run for run in document["runs"] if run["hold_out"]]
         if name == trainings[0][0]:
             yield "| nothing | 0 | 0 | 0.15 | " + " | ".join(error_of(run["before"]) for run in held) + " | |"
-        said = "; ".join(document["cannot_tell"])
+        said = "; ".join(words.split(" from these runs")[0] for words in document["cannot_tell"])
         yield (f"| {name} | {len(training)} | {with_sigma(parameter(document, 'front.steering_zero'), 2)} | "
                f"{with_sigma(parameter(document, 'front.x'))} | " +
                " | ".join(error_of(run["after"]) for run in held) + f" | {said} |")
