@@ -35,8 +35,8 @@ std::string text_of(const MergeArguments& options, const MergeAnswer& answer) {
 void run_merge(const MergeArguments& options) {
   ResultFolder results(options.output);
   const MergeAnswer answer = answer_merge(options.question);
-  write_set(results, options.output, files_of(answer, options.output), answer.provenance.inputs, {},
-            "merge.json");
+  write_set(results, options.output, files_of(answer, options.output), answer.provenance.inputs,
+            {"slam.json"}, "merge.json");
   print(options.common, document_of(answer), text_of(options, answer));
 }
 

@@ -32,7 +32,7 @@ Merge merge(std::vector<std::string> maps, bool unknown_ids) {
 void save_merge(const Merge& self, const std::filesystem::path& folder) {
   without_gil([&] {
     ResultFolder results(folder);
-    write_set(results, folder, files_of(self.answer, folder), self.answer.provenance.inputs, {},
+    write_set(results, folder, files_of(self.answer, folder), self.answer.provenance.inputs, {"slam.json"},
               "merge.json");
   });
 }

@@ -146,6 +146,22 @@ TEST(Findings, wheels_that_no_motion_explains_are_named) {
   }
 }
 
+/// Rounding of counts, a few of them a row, is no contradiction.
+TEST(Findings, coarse_counts_are_no_contradiction) {
+  for (const auto& [ticks, rate_hz] : {std::pair{20.0, 50.0}, {100.0, 100.0}, {2048.0, 1000.0}}) {
+    Scenario scenario;
+    scenario.nominal.chassis = mecanum({.diameter_m = 0.1, .ticks_per_revolution = ticks}, 0.3, 0.3);
+    scenario.nominal.wheel_names = {"fl", "fr", "rl", "rr"};
+    scenario.truth = scenario.nominal;
+    scenario.path = joined({straight(3.0), turn_on_the_spot(3.0), straight(-2.0), turn_on_the_spot(-2.0)});
+    scenario.encoders.rate_hz = rate_hz;
+    scenario.steering = Steering::truth;
+    EXPECT_THAT(find_in(simulate(scenario).recording, &scenario.nominal).problems,
+                Not(Contains(Field(&Finding::code, FindingCode::contrary_wheels))))
+        << ticks;
+  }
+}
+
 /// Wheels that roll unevenly are no turn that the gyro should hear.
 TEST(Findings, a_straight_drive_says_nothing_of_the_gyro) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {

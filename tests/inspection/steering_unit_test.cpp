@@ -154,6 +154,30 @@ TEST(SteeringDirection, that_is_far_off_is_named_with_the_zero_to_write) {
     }
 }
 
+/// Readings of a sensor before a gear do not begin again after a turn.
+TEST(SteeringDirection, of_a_geared_sensor_is_named_with_a_zero_that_it_can_read) {
+  Robot robot = robot_of("car", true);
+  Recording recording = drive(robot);
+  SteeringSensor& sensor = *robot.chassis.all_wheels()[2].steering;
+  sensor.scale = 0.2;
+  sensor.zero_rad = radians(300.0);
+  for (WheelSeries& steering : recording.wheels.steering)
+    for (double& angle : steering.value) angle = angle / sensor.scale + sensor.zero_rad;
+  EXPECT_THAT(faults_of(recording, robot), Not(Contains(HasSubstr("steering_zero_deg"))));
+  sensor.zero_rad = radians(60.0);
+  EXPECT_THAT(faults_of(recording, robot), Contains(HasSubstr("write steering_zero_deg = 30")));
+}
+
+/// Without a reading nothing says where a wheel points.
+TEST(SteeringDirection, is_not_told_of_angles_that_are_not_there) {
+  Robot robot = robot_of("car", true);
+  Recording recording = drive(robot);
+  for (WheelSeries& steering : recording.wheels.steering)
+    std::ranges::fill(steering.value, recording::kNotMeasured);
+  robot.chassis.all_wheels()[2].steering->zero_rad = radians(60.0);
+  EXPECT_THAT(faults_of(recording, robot), Not(Contains(HasSubstr("steering_zero_deg"))));
+}
+
 /// With a dead encoder a car seems to turn all the while.
 TEST(SteeringDirection, is_not_blamed_for_wheels_that_do_not_turn_the_robot_rightly) {
   const Robot robot = robot_of("car", true);

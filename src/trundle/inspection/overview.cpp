@@ -1,5 +1,6 @@
 #include "trundle/inspection/overview.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -90,7 +91,13 @@ class Gathering {
         wheels_(robot.chassis.wheels().size()),
         rows_(rows_of(robot.chassis, false)),
         contradictions_(left_null_space(rows_)),
+        piece_(RowVector::Zero(rows_.measured)),
         clock_(recording, robot) {
+    for (int row = 0; row < rows_.measured && contradictions_.cols() > 0; ++row)
+      if (const Row& of = rows_.row[static_cast<std::size_t>(row)]; of.kind == RowKind::wheel)
+        rounded_squares_ += 2.0 *
+                            rounding_variance(robot.chassis.wheels()[static_cast<std::size_t>(of.wheel)]) *
+                            contradictions_.row(row).squaredNorm();
     for (std::size_t w = 0; w < wheels_; ++w) {
       standstills_.emplace_back(robot, w);
       for (std::size_t other = 0; other < w; ++other) overview_.read_alike[other][w] = true;
@@ -127,7 +134,7 @@ class Gathering {
       standstills_[w].finish();
       overview_.standstills[w] = std::move(standstills_[w].found());
     }
-    if (squares_ > 0.0) overview_.unexplained = std::sqrt(unexplained_squares_ / squares_);
+    if (squares_ > 0.0) overview_.unexplained = std::sqrt(std::max(0.0, unexplained_squares_) / squares_);
     overview_.turns = steady_.pairs();
     overview_.turns_of_a_bias_s = steady_.of_a_bias_s();
     overview_.gyro_beside_wheels = steady_.turn();
@@ -142,10 +149,15 @@ class Gathering {
     return rotation_of(gyro_rad, increment.duration_s, *robot_.chassis.gyro);
   }
 
+  /// Over pieces, as turns are, in which counts are many; what their rounding makes of each is taken off.
   void add_contradictions(const Increment& increment) {
-    const RowVector z = readings_of(robot_.chassis, rows_, increment).z.head(rows_.measured);
-    squares_ += z.squaredNorm();
-    unexplained_squares_ += (contradictions_.transpose() * z).squaredNorm();
+    piece_ += readings_of(robot_.chassis, rows_, increment).z.head(rows_.measured);
+    piece_s_ += increment.duration_s;
+    if (piece_s_ < kPieceOfTurns_s) return;
+    squares_ += piece_.squaredNorm();
+    unexplained_squares_ += (contradictions_.transpose() * piece_).squaredNorm() - rounded_squares_;
+    piece_.setZero();
+    piece_s_ = 0.0;
   }
 
   void compare_turns(const Increment& increment) {
@@ -162,6 +174,9 @@ class Gathering {
   std::size_t wheels_;
   Rows rows_;
   Combinations contradictions_;  ///< of the wheels' readings
+  RowVector piece_;
+  double piece_s_ = 0.0;
+  double rounded_squares_ = 0.0;  ///< expected of the rounding of both ends of a piece [m²]
   double squares_ = 0.0, unexplained_squares_ = 0.0;
   GyroClock clock_;
   TurnPairs pairs_unlimited_;

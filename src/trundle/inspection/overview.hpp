@@ -37,7 +37,9 @@ struct Overview {
   std::array<std::vector<Standstill>, kMaxWheels> standstills;
   std::array<double, kMaxWheels> way{};                               ///< of each wheel [revolutions]
   std::array<std::array<bool, kMaxWheels>, kMaxWheels> read_alike{};  ///< two wheels in every interval
-  double unexplained = 0.0;  ///< of what the wheels read by every motion, as a share: root of squares
+  /// Share of what the wheels read over pieces of half a second that no motion explains, beyond rounding:
+  /// root of squares.
+  double unexplained = 0.0;
   std::optional<TimeOffset> gyro_time_offset;
 };
 

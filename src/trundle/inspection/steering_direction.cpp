@@ -10,6 +10,7 @@
 #include "trundle/geometry/angle.hpp"
 #include "trundle/inspection/reference_turns.hpp"
 #include "trundle/recording/alignment/replay.hpp"
+#include "trundle/recording/alignment/steering_angles.hpp"
 
 namespace trundle::inspection {
 namespace {
@@ -35,13 +36,12 @@ class RollingBeside {
   double way_m_ = 0.0;
 };
 
-Finding far_off(const std::string& name, const SteeringSensor& sensor, double beside_rad,
-                const Recording& recording) {
-  const double zero_rad = wrap_angle(sensor.zero_rad - beside_rad / sensor.scale);
-  return {.code = FindingCode::steering_direction,
-          .place = recording.wheels.origin.file,
-          .subjects = {name},
-          .payload = payload::Range{degrees(beside_rad), degrees(zero_rad)}};
+/// The zero with which the wheel points to where it rolls, as the robot file takes it; nothing where that is
+/// turns of a geared steering away.
+std::optional<double> zero_that_fits(const SteeringSensor& sensor, double beside_rad) {
+  const double zero_rad = sensor.zero_rad - beside_rad / sensor.scale;
+  if (is_direct(sensor)) return wrap_angle(zero_rad);
+  return std::abs(zero_rad) <= 2.0 * kPi ? std::optional(zero_rad) : std::nullopt;
 }
 
 /// Whether the wheels that are not steered turn the robot as gyro or reference do.
@@ -65,6 +65,7 @@ std::optional<Finding> wrong_steering_direction(const Recording& recording, cons
   std::array<RollingBeside, kMaxWheels> beside;
   Replay replay(recording, robot);
   while (const auto interval = replay.next()) {
+    if (interval->bridged) continue;  // which angle it had meanwhile is not known
     const Twist2 twist = twist_of(*others, rows, interval->increment);
     const Chassis standing = at_steering(robot.chassis, interval->increment);
     for (std::size_t i = 0; i < standing.all_wheels().size(); ++i)
@@ -72,11 +73,14 @@ std::optional<Finding> wrong_steering_direction(const Recording& recording, cons
   }
   for (std::size_t i = 0; i < robot.chassis.all_wheels().size(); ++i) {
     const RollingBeside& wheel = beside[i];
-    if (wheel.way_m() < kLeastWay_m || wheel.agreement() < kAgree || std::abs(wheel.mean_rad()) < kFar_rad ||
-        !turn_rightly(*others, recording, robot))
+    if (wheel.way_m() < kLeastWay_m || wheel.agreement() < kAgree || std::abs(wheel.mean_rad()) < kFar_rad)
       continue;
-    return far_off(wheel_name(robot, i), *robot.chassis.all_wheels()[i].steering, wheel.mean_rad(),
-                   recording);
+    const auto zero_rad = zero_that_fits(*robot.chassis.all_wheels()[i].steering, wheel.mean_rad());
+    if (!zero_rad || !turn_rightly(*others, recording, robot)) continue;
+    return Finding{.code = FindingCode::steering_direction,
+                   .place = recording.wheels.origin.file,
+                   .subjects = {wheel_name(robot, i)},
+                   .payload = payload::Range{degrees(wheel.mean_rad()), degrees(*zero_rad)}};
   }
   return std::nullopt;
 }

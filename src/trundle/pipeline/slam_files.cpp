@@ -213,7 +213,8 @@ std::vector<std::string> slam_file_names() {
   return {"trajectory.csv", "landmarks.csv",   "landmarks_covariance.csv",
           "steps.csv",      "innovations.csv", "slam.json",
           "growth.json",    "online.csv",      "particles.csv",
-          "path.csv",       "slam.mcap",       "slam.wpilog"};
+          "path.csv",       "slam.mcap",       "slam.wpilog",
+          "merge.json"};
 }
 
 std::vector<OutputFile> files_of(const SlamAnswer& answer, const std::filesystem::path& folder) {

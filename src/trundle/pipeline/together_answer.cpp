@@ -6,22 +6,15 @@
 #include <tuple>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "trundle/geometry/squared.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/pipeline/sound.hpp"
-#include "trundle/recording/landmark_file.hpp"
-#include "trundle/recording/trajectory_file.hpp"
-#include "trundle/report/json_text.hpp"
 #include "trundle/slam/consistency_checks.hpp"
-#include "trundle/slam/map_file.hpp"
 #include "trundle/slam/models/metre.hpp"
 
 namespace trundle::pipeline {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 /// Folders of results are called so.
 std::vector<std::string> robot_names(const std::vector<TeamRobot>& team) {
@@ -218,35 +211,18 @@ std::vector<RobotSighting> sightings_of_robots(const std::vector<Meeting>& meeti
   return seen;
 }
 
-Json robot_json(const TogetherAnswer& answer, std::size_t i) {
-  const RobotEstimate& robot = answer.joint.robots[i];
-  const StampedPose& end = robot.trajectory.poses.back();
-  Json document = {
-      {"name", answer.names[i]},
-      {"trajectory", answer.names[i] + "/trajectory.csv"},
-      {"steps", robot.trajectory.poses.size()},
-      {"landmarks", robot.landmarks},
-      {"sightings", robot.sightings},
-      {"outliers", robot.outliers},
-      {"robot_sightings", robot.robot_sightings},
-      {"robot_outliers", robot.robot_outliers},
-      {"nis", robot.nis},
-      {"robot_nis", robot.robot_nis},
-      {"metre", {{"share", robot.metre}, {"sigma", robot.metre_sigma}}},
-      {"end",
-       {{"time_s", end.time_s}, {"x_m", end.pose.x}, {"y_m", end.pose.y}, {"heading_rad", end.pose.heading}}},
-      {"systematic_errors", systematic_json(answer.systematic[i], robot.last)}};
-  if (!robot.bias.empty())
-    document["gyro_bias"] = {{"rad_s", answer.gyro_bias_rad_s[i] + robot.bias.back().rad_s},
-                             {"sigma_rad_s", std::sqrt(std::max(0.0, robot.bias.back().variance))}};
-  return document;
-}
-
-std::vector<std::string> names_of_map(const TogetherAnswer& answer) {
-  std::vector<std::string> names;
-  for (const MappedLandmark& landmark : answer.joint.map)
-    names.push_back(answer.landmarks[static_cast<std::size_t>(landmark.id)]);
-  return names;
+std::vector<GrowthResult> growth_together(const std::vector<TeamRobot>& team,
+                                          const std::vector<Alone>& robots,
+                                          const std::vector<RobotRecording>& recordings,
+                                          const JointSlam& joint) {
+  std::vector<GrowthResult> all;
+  for (std::size_t i = 0; i < team.size(); ++i) {
+    if (!robots[i].growth) continue;
+    const Pose2 by =
+        joint.robots[i].trajectory.poses.front().pose * recordings[i].path.poses.front().pose.inverse();
+    all.push_back(begun_at(*robots[i].growth, by, seconds_between(team[0].recording, team[i].recording)));
+  }
+  return all;
 }
 
 }  // namespace
@@ -302,13 +278,7 @@ TogetherAnswer answer_together(std::vector<TeamRobot> team, const SlamQuestion& 
     answer.gyro_bias_rad_s.push_back(gyro ? gyro->bias_rad_s : 0.0);
   }
   answer.joint = smooth_together(recordings, seen);
-  for (std::size_t i = 0; i < team.size(); ++i) {
-    const Pose2 by = answer.joint.robots[i].trajectory.poses.front().pose *
-                     recordings[i].path.poses.front().pose.inverse();
-    if (robots[i].growth)
-      answer.growth.push_back(
-          begun_at(*robots[i].growth, by, seconds_between(team[0].recording, team[i].recording)));
-  }
+  answer.growth = growth_together(team, robots, recordings, answer.joint);
   for (Finding& finding : consistency_checks(answer.joint.counts)) {
     finding.place = "all robots";
     answer.inconsistencies.push_back(std::move(finding));
@@ -319,48 +289,6 @@ TogetherAnswer answer_together(std::vector<TeamRobot> team, const SlamQuestion& 
     require_sound(answer.joint.robots[i].trajectory, answer.names[i]);
   require_sound(answer.joint.map, "the map of all robots");
   return answer;
-}
-
-Json document_of(const TogetherAnswer& answer) {
-  const SmootherCounts& counts = answer.joint.counts;
-  Json document = to_json(answer.provenance);
-  document["status"] = answer.inconsistencies.empty() ? "ok" : name_of(answer.inconsistencies.front().code);
-  document["doubts"] = to_json(answer.inconsistencies);
-  document["landmarks"] = answer.joint.map.size();
-  document["sightings"] = {{"matched", counts.sightings - counts.outliers}, {"rejected", counts.outliers}};
-  document["nis"] = {{"mean", nullptr}};
-  document["trajectory"] = "smoothed, all robots together";
-  document["smoother"] = smoother_json(counts);
-  if (answer.metre_sigma > 0.0) document["metre_sigma"] = answer.metre_sigma;
-  document["robots"] = Json::array();
-  for (std::size_t i = 0; i < answer.names.size(); ++i) document["robots"].push_back(robot_json(answer, i));
-  document["problems"] = to_json(answer.findings);
-  return document;
-}
-
-std::vector<std::string> together_file_names(const TogetherAnswer& answer) {
-  std::vector<std::string> names = slam_file_names();
-  for (const std::string& robot : answer.names)
-    for (const char* file : {"/trajectory.csv", "/growth.json"}) names.push_back(robot + file);
-  return names;
-}
-
-std::vector<OutputFile> files_of(const TogetherAnswer& answer, const std::filesystem::path& folder) {
-  const std::string head = head_of(answer.provenance);
-  std::vector<OutputFile> files = {
-      {folder / "landmarks.csv", head + to_csv(answer.joint.map, answer.landmarks)},
-      {covariance_file_of(folder / "landmarks.csv"),
-       head + landmark_covariance_csv(names_of_map(answer), answer.joint.map_covariance)},
-      {folder / "slam.json", dumped(document_of(answer), 2) + "\n"}};
-  for (std::size_t i = 0; i < answer.names.size(); ++i)
-    files.push_back(
-        {folder / answer.names[i] / "trajectory.csv", head + to_csv(answer.joint.robots[i].trajectory)});
-  for (const GrowthResult& growth : answer.growth) {
-    Json document = to_json(answer.provenance);
-    document.update(to_json(growth));
-    files.push_back({folder / growth.robot / "growth.json", dumped(document) + "\n"});
-  }
-  return files;
 }
 
 }  // namespace trundle::pipeline

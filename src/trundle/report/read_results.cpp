@@ -17,8 +17,7 @@ void read_document(const ResultFile& file, Results& results) {
   if (file.name == "evaluation") results.evaluation = evaluation_from_json(text, place);
   // In the folder of a run, or in that of `trundle slam`: the former comes later, and counts.
   if (file.name == "slam" || file.name == "slam/slam") results.slam = slam_from_json(text, file.name, place);
-  if (file.name == "growth" || file.name == "slam/growth")
-    results.growth.push_back(growth_from_json(text, place));
+  if (file.name == "growth" || file.name == "slam/growth") results.growth = {growth_from_json(text, place)};
 }
 
 /// Of each kind the first by its name.

@@ -17,21 +17,23 @@
 // What SQLite does not read is read page by page: a database that breaks off or is damaged. Of its format
 // (https://www.sqlite.org/fileformat.html), whose numbers have their highest byte first:
 //
-// - A file is pages of one size, numbered from 1. The first 100 bytes of the first say how large and how
-// many.
-// - A table is a tree of pages below its root: interior ones, which hold the numbers of others, and leaves,
-//   which hold rows in the order of their numbers (rowid). A leaf does not say of which table it is. SQLite
-//   writes leaves as they become full, but pages that name them rarely: half of a file may hang on one at its
-//   end.
-// - A leaf lists its cells, and each holds a row: length of its record, rowid, record. Of a record too long
-// for
-//   its page only the first part is there, before the number of the overflow page that goes on: the number of
-//   the next one, 0 in the last, and bytes.
-// - A record is a head and values. The head holds its own length and of each column a serial type, which is
-//   its kind and length. A column that is the rowid is NULL.
-// - Page 1 is the root of the table of tables: type, name, table, root page, SQL.
-// - Pages that are in use no more keep what they held. Trunk pages list them: the next trunk, a count,
-// numbers.
+// A file is pages of one size, numbered from 1. The first 100 bytes of the first say how large and how many.
+//
+// A table is a tree of pages below its root: interior ones, which hold the numbers of others, and leaves,
+// which hold rows in the order of their numbers (rowid). A leaf does not say of which table it is. SQLite
+// writes leaves as they become full, but pages that name them rarely: half of a file may hang on one at its
+// end.
+//
+// A leaf lists its cells, and each holds a row: length of its record, rowid, record. Of a record too long for
+// its page only the first part is there, before the number of the overflow page that goes on: the number of
+// the next one, 0 in the last, and bytes.
+//
+// A record is a head and values. The head holds its own length and of each column a serial type, which is its
+// kind and length. A column that is the rowid is NULL.
+//
+// Page 1 is the root of the table of tables: type, name, table, root page, SQL.
+//
+// Pages that are in use no more keep what they held. Trunk pages list them: the next trunk, a count, numbers.
 namespace trundle::logs {
 
 enum class SqliteKind { null, integer, real, text, blob };

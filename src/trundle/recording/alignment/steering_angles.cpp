@@ -12,19 +12,17 @@ namespace {
 
 // Stamps that differ by less are one: a clock's offset may put a reading on the middle of an interval.
 constexpr double kSameTime_s = 1e-9;
-// Of the scale of a sensor on the steering's own axis; one that is geared is another matter by far.
-constexpr double kDirect = 0.1;
-
-bool is_direct(const SteeringSensor& steering) {
-  return std::abs(std::abs(steering.scale) - 1.0) < kDirect;
-}
-
 /// The same direction, by less than half a turn from `near`.
 double turned_near(double rad, double near) {
   return rad + 2.0 * kPi * std::round((near - rad) / (2.0 * kPi));
 }
 
 }  // namespace
+
+bool is_direct(const SteeringSensor& steering) {
+  constexpr double kDirect = 0.1;  // of its scale; one that is geared is another matter by far
+  return std::abs(std::abs(steering.scale) - 1.0) < kDirect;
+}
 
 SteeringAngles::SteeringAngles(const Robot& robot)
     : wheels_(robot.chassis.all_wheels().begin(), robot.chassis.all_wheels().end()),

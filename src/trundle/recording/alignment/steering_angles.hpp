@@ -9,6 +9,9 @@
 
 namespace trundle::recording {
 
+/// Whether a sensor is on the steering's own axis: its readings begin again after a turn.
+[[nodiscard]] bool is_direct(const SteeringSensor& steering);
+
 /// What the steerings of a robot's wheels read at any time: straight lines between their readings, each on
 /// its own clock. Of a wheel that turns through ±π the short way is taken. A sensor on the steering's own
 /// axis (its scale is 1 or nearly) may count from 0 to a turn, or through it: each reading is taken by less

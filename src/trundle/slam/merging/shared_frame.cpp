@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <numeric>
 
 #include <Eigen/LU>
 #include <fmt/format.h>
@@ -21,7 +22,7 @@ namespace {
 using Index = Eigen::Index;
 
 // Of each landmark so many baselines are tried, the longest: they determine a frame best, and a map of
-// hundreds of landmarks takes a second.
+// hundreds of landmarks takes a second; where metres are uncertain lengths tell less, and it takes minutes.
 constexpr std::size_t kMostBaselines = 12;
 
 Matrix2 block_of(const Eigen::MatrixXd& covariance, std::size_t i, std::size_t j) {
@@ -113,7 +114,11 @@ class FrameSearch {
         options_(options),
         gate_(chi_squared_limit(options.tail, 2.0)),
         gate_of_length_(chi_squared_limit(options.tail, 1.0)),
-        log_area_(std::log(area_of(b))) {}
+        log_area_(std::log(area_of(b))),
+        from_left_(b.positions.size()) {
+    std::iota(from_left_.begin(), from_left_.end(), std::size_t{0});
+    std::ranges::sort(from_left_, {}, [&](std::size_t j) { return b.positions[j].x(); });
+  }
 
   /// The best, and then the best of those that share less than half of its matches.
   std::vector<SharedFrame> run() {
@@ -185,15 +190,23 @@ class FrameSearch {
     const Vector2 middle = 0.5 * (a_.positions[of_a.first] + a_.positions[of_a.second]);
     const double sideways = difference_covariance(own_, of_a.first, of_a.second).trace() +
                             difference_covariance(b_, of_b.first, of_b.second).trace();
+    double widest_of_b = 0.0;
+    for (std::size_t j = 0; j < b_.positions.size(); ++j)
+      widest_of_b = std::max(widest_of_b, difference_covariance(b_, j, of_b.first).trace());
     for (std::size_t i = 0; i < a_.positions.size(); ++i) {
       const double lever = (a_.positions[i] - middle).norm() / of_a.length_m;
       const double of_frame = sideways * (0.25 + lever * lever);
       const Vector2 from_first = a_.positions[i] - a_.positions[of_a.first];
       const Matrix2 P =
           difference_covariance(own_, i, of_a.first) + stretch.variance * from_first * from_first.transpose();
-      for (std::size_t j = 0; j < b_.positions.size(); ++j) {
+      const Vector2 laid = frame * ((1.0 + stretch.share) * a_.positions[i]);
+      const double reach_m = std::sqrt(gate_ * (P.trace() + widest_of_b + of_frame));
+      const auto x_of = [&](std::size_t j) { return b_.positions[j].x(); };
+      for (auto at = std::ranges::lower_bound(from_left_, laid.x() - reach_m, {}, x_of);
+           at != from_left_.end() && x_of(*at) <= laid.x() + reach_m; ++at) {
+        const std::size_t j = *at;
         if (!may_match(i, j)) continue;
-        const Vector2 off = frame * ((1.0 + stretch.share) * a_.positions[i]) - b_.positions[j];
+        const Vector2 off = laid - b_.positions[j];
         const Matrix2 C =
             R * P * R.transpose() + difference_covariance(b_, j, of_b.first) + of_frame * Matrix2::Identity();
         const double squared = off.dot(C.inverse() * off);
@@ -260,6 +273,7 @@ class FrameSearch {
   const JointMap& b_;
   MergeOptions options_;
   double gate_, gate_of_length_, log_area_;
+  std::vector<std::size_t> from_left_;  ///< landmarks of b
   std::size_t tried_ = 0;
   double best_ = -std::numeric_limits<double>::infinity();  ///< log likelihood of those in frames_
   std::vector<SharedFrame> frames_;
