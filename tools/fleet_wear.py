@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""How simulated wear and steps are told, and how often the present values of robots that wear hold, by TRIALS series each.
+"""How simulated wear and steps are told, how often the present values of robots that wear hold, and how soon steps are told
+where the spread between runs is not known but estimated from the fleet, with its false alarms; by TRIALS series each.
 
 PYTHONPATH=build/python /usr/bin/python3 tools/fleet_wear.py [TRIALS]"""
 
@@ -57,27 +58,78 @@ def told(truth: Array, seed: int, trials: int) -> tuple[collections.Counter[str]
     return kinds, slopes
 
 
+def summarised(x: Array, sigma: Array) -> list[summary.TypeParameter]:
+    """Of weekly runs, [robot, run, parameter]."""
+    def run(robot: str, i: int, j: int) -> summary.Run:
+        date = (datetime.date(2026, 1, 1) + datetime.timedelta(7 * j)).isoformat()
+        rows = {f"parameter_{k}": Row(x[i, j, k], sigma[i, j, k]) for k in range(x.shape[2])}
+        return summary.Run(f"/{robot}/{date}", robot, "type", date, "done", "", 0, {}, rows)
+
+    return summary.summarise({name: [run(name, i, j) for j in range(x.shape[1])] for i, name in
+                              enumerate(f"robot_{i:03}" for i in range(x.shape[0]))}).parameters["type"]
+
+
+def unchanged(rng: numpy.random.Generator, robots: int, runs: int, sigma: float) -> tuple[Array, Array]:
+    """Runs of which a parameter is known to `sigma` in all: half of the variance each knows, the other is the spread between
+    runs. [robot, run, parameter], and the sigmas that are known."""
+    stated = numpy.sqrt(0.5) * sigma * rng.uniform(0.8, 1.2, (robots, runs, TESTED))
+    truth = 1.0 + 0.002 * rng.standard_normal((robots, 1, TESTED))
+    return truth + numpy.hypot(stated, numpy.sqrt(0.5) * sigma) * rng.standard_normal(stated.shape), stated
+
+
+def steps_told(sigma: float, after: int, fleets: int, robots: int = 100, changed: int = 20) -> Array:
+    """Of robots that change by 1 % in one of five parameters after so many runs, which have that step told, by its date and
+    size and nothing else of this parameter, three runs later."""
+    rng, told = numpy.random.Generator(numpy.random.Philox([after, round(1e5 * sigma)])), []
+    for _ in range(fleets):
+        x, stated = unchanged(rng, robots, after + 3, sigma)
+        x[:changed, after:, 0] += 0.01 * rng.choice([-1.0, 1.0], changed)[:, None]
+        changes = collections.defaultdict(list)
+        first = summarised(x, stated)[0]
+        for robot, run, change in first.changes:
+            changes[robot].append(isinstance(change, drift.Step) and change.first == after and abs(abs(change.step) - 0.01) < 4.0 * change.sigma)
+        told += [changes[robot] == [True] for robot in first.robots[:changed]]
+    return numpy.array(told)
+
+
+def alarms_in_a_year(robots: int, fleets: int) -> tuple[Array, Array]:
+    """Of unchanged robots, looked at every week of a year by what `summarise` looks at: which have had a change told, and which
+    have it when the year has ended. What they are known to is all the same: limits are in units of it."""
+    rng, ever, in_the_end = numpy.random.Generator(numpy.random.Philox(robots)), [], []
+    for _ in range(fleets):
+        x, stated = unchanged(rng, robots, 53, 0.002)
+        named = numpy.zeros((54, robots), bool)
+        for runs in range(2, 54):
+            years = numpy.tile(WEEK * numpy.arange(runs), (robots, 1))
+            for k in range(TESTED):
+                pieces = summary._pieces(x[:, :runs, k], stated[:, :runs, k] ** 2, years, TESTED)
+                named[runs, [i for i, some in pieces.items() if drift.changes(some, years[i])]] = True
+        ever += named.any(axis=0).tolist()
+        in_the_end += named[-1].tolist()
+    return numpy.array(ever), numpy.array(in_the_end)
+
+
+def share(of: Array) -> str:
+    """In per cent, with its sigma, which is not 0 of all or of none."""
+    beside = (of.sum() + 1.0) / (len(of) + 2.0)
+    return f"{100 * of.mean():.2f} ± {100 * numpy.sqrt(beside * (1.0 - beside) / len(of)):.2f} % of {len(of)}"
+
+
 def present_values(wear: float, runs: int, fleets: int, robots: int = 20, worn: int = 4) -> tuple[float, float, float]:
     """Of the robots that wear the share that is told as one trend, and of which the present value's interval holds; of the
     others, too."""
-    rng, wears = numpy.random.Generator(numpy.random.Philox(runs)), numpy.arange(robots) < worn
-    weeks, names = numpy.arange(runs), [f"robot_{i:02}" for i in range(robots)]
+    rng, wears, weeks = numpy.random.Generator(numpy.random.Philox(runs)), numpy.arange(robots) < worn, numpy.arange(runs)
     found, held = [], []
     for _ in range(fleets):
         now = 1.0 + 0.002 * rng.standard_normal(robots)
         slope = numpy.where(wears, -wear * rng.uniform(0.8, 1.5, robots), 0.0)
         sigma = rng.uniform(0.001, 0.002, (robots, runs))
         x = now[:, None] + WEEK * slope[:, None] * (weeks - runs + 1) + numpy.hypot(sigma, 0.001) * rng.standard_normal(sigma.shape)
-
-        def run(i: int, j: int) -> summary.Run:
-            date = (datetime.date(2026, 1, 1) + datetime.timedelta(7 * j)).isoformat()
-            return summary.Run(f"/{names[i]}/{date}", names[i], "type", date, "done", "", 0, {}, {"left.diameter": Row(x[i, j], sigma[i, j])})
-
-        [diameter] = summary.summarise({names[i]: [run(i, j) for j in range(runs)] for i in range(robots)}).parameters["type"]
+        [diameter] = summarised(x[..., None], sigma[..., None])
         kinds = collections.defaultdict(list)
         for robot, _, change in diameter.changes:
             kinds[robot].append(type(change))
-        found.append([kinds[robot] == [drift.Trend] for robot in names])
+        found.append([kinds[robot] == [drift.Trend] for robot in diameter.robots])
         held.append([one.low <= value <= one.high for one, value in zip(diameter.estimates, now)])
     of_worn, of_others = numpy.array(held)[:, wears], numpy.array(held)[:, ~wears]
     return float(numpy.array(found)[:, wears].mean()), float(of_worn.mean()), float(of_others.mean())
@@ -104,6 +156,13 @@ def main() -> None:
         found, worn, others = present_values(per_year, runs, max(1, trials // 25))
         print(f"wear of {80 * per_year:g} to {150 * per_year:g} % a year, {runs} weeks: {100 * found:.0f} % told as one trend; intervals hold: "
               f"{100 * worn:.0f} % of those that wear, {100 * others:.0f} % of the others")
+    print("by the fleet's own spread between runs, of 100 robots with five parameters:")
+    for sigma in (0.001, 0.0015, 0.002, 0.003, 0.005):
+        for after in (5, 10):
+            print(f"a step of 1 % after {after} runs known to {100 * sigma:g} %: three runs later told in {share(steps_told(sigma, after, max(1, trials // 40)))}")
+    for robots in (4, 20, 100):
+        ever, then = alarms_in_a_year(robots, max(1, 2 * trials // robots))
+        print(f"unchanged robots in fleets of {robots}: in a year a change is told of {share(ever)}, in the end of {share(then)}")
 
 
 if __name__ == "__main__":
