@@ -1,9 +1,11 @@
-"""A fleet page of ROBOTS simulated robots, without logs: fleet_page.py FOLDER [ROBOTS]"""
+"""A fleet page of ROBOTS simulated robots, without logs: fleet_page.py FOLDER [ROBOTS]. Prints its file, and on standard error how
+long the statistics and writing it took."""
 
 from __future__ import annotations
 
 import datetime
 import sys
+import time
 from pathlib import Path
 from typing import NamedTuple
 
@@ -63,7 +65,10 @@ def write(folder: Path, robots: int, runs: int = 3) -> list[str]:
             connection.execute(table.insert(), some)
 
     database.transact(insert)
-    return write_page(url, str(folder), "none", lambda *_: None)[0]
+    start = time.process_time()
+    written = write_page(url, str(folder), "none", lambda *_: None)[0]
+    print(f"statistics and page of {robots} robots: {time.process_time() - start:.1f} s of the processor", file=sys.stderr)
+    return written
 
 
 if __name__ == "__main__":

@@ -71,6 +71,9 @@ class Intervals(unittest.TestCase):
     def test_a_narrow_fleet(self):
         self.check(3, 0.5, 30, 2, 0.5, 0.5, 0.2)
 
+    def test_the_smallest_fleet(self):
+        self.check(14, 1.0, 8, 2, 1.0, 0.5)
+
 
 class Lines(unittest.TestCase):
     """A robot with a trend beside one without: what least squares say of each by itself."""
