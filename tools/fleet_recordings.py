@@ -1,9 +1,8 @@
 #!/usr/bin/env python3
 """The real recordings as one fleet: what trundle.fleet makes of logs as different as they are. Every data set of DATA is laid
 out as tools/run_all.py does, other people's log files as `trundle init` drafts them, and all of it given as one list, with the
-dates of sessions, to the engine in this process on SQLite. Prints a table of the data sets, the lines of what failed, and
-what the page says of robots; or writes them between the marks of PAGE.md, and each line of what could not be calibrated
-beside it, fleet-recordings.csv.
+dates of sessions, to the engine in this process on SQLite. Prints a table of the data sets, the lines of what failed or could
+not be calibrated, and what the page says of robots; or writes them between the marks of PAGE.md.
 
 PYTHONPATH=build/python /usr/bin/python3 tools/fleet_recordings.py [DATA [PAGE.md]]"""
 
@@ -71,9 +70,9 @@ def recordings(data: Path, out: Path) -> dict[str, list[Given]]:
         run_all.lay_out(data, out)
     sets: dict[str, list[Given]] = collections.defaultdict(list)
     for log in find_logs([str(out)]):
-        name = next(part for part in Path(log.path).relative_to(out).parts if part not in GROUPS)
+        name, surface, *_ = (part for part in (*Path(log.path).relative_to(out).parts, "") if part not in GROUPS)
         if name not in (*FAULTS_PUT_IN, "mrclam"):
-            sets[name].append(Given(log.path, log.robot_file, name, day_of(Path(log.path))))
+            sets[f"{name}, {surface}" if surface in SURFACES else name].append(Given(log.path, log.robot_file, name, day_of(Path(log.path))))
     layout = data / "mrclam/MRCLAM_Dataset6"
     sets["mrclam"] = [Given(str(layout), str(out / "slam/mrclam/robot.toml"), f"mrclam_{number}", "", str(number)) for number in range(1, 6)]
     sets["logs"] = list(drafts(data, out))
@@ -160,11 +159,12 @@ def said_in(sets: dict[str, list[Given]], found: Result) -> list[Said]:
     return [Said(name, status, logs, line) for (name, status, line), logs in all_said.items()]
 
 
-def write_lines(file: Path, some: list[Said]) -> None:
-    with open(file, "w", newline="", encoding="utf-8") as text:
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["data_set", "status", "logs", "line"])
-        writer.writerows([one.data_set, "failed" if one.status == "failed" else "not calibrated", len(one.logs), one.line] for one in some)
+def lines_of(some: list[Said]) -> Iterator[str]:
+    yield "| data set | logs | | line |"
+    yield "|---|---|---|---|"
+    for one in sorted(some, key=lambda one: (one.status != "failed", one.data_set, -len(one.logs))):
+        logs = ", ".join(one.logs) if len(one.logs) < 5 and one.data_set == "logs" else str(len(one.logs))
+        yield f"| {one.data_set} | {logs} | {'failed' if one.status == 'failed' else 'not calibrated'} | {one.line.replace('|', '/')} |"
 
 
 def change_in_words(change: dict[str, str]) -> str:
@@ -185,11 +185,11 @@ def told(found: Result) -> Iterator[str]:
     yield from (f"- {change_in_words(change)}" for change in rows_of("changes.csv"))
 
 
-def page_of(sets: dict[str, list[Given]], found: Result, some: list[Said]) -> str:
+def page_of(sets: dict[str, list[Given]], found: Result) -> str:
     parts: Iterable[Iterable[str]] = (
         [f"Made on {datetime.date.today()} by `tools/fleet_recordings.py` ({trundle.__version__})."],
         table(sets, found),
-        ["| failed | its line |", "|---|---|", *(f"| {', '.join(one.logs)} | {one.line.replace('|', '/')} |" for one in some if one.status == "failed")],
+        lines_of(said_in(sets, found)),
         told(found))
     return "\n\n".join("\n".join(part) for part in parts) + "\n"
 
@@ -198,14 +198,12 @@ def main(data: Path, page: Optional[Path]) -> int:
     with tempfile.TemporaryDirectory(prefix="fleet_recordings_") as folder:
         sets = recordings(data.resolve(), Path(folder, "out"))
         found = run(sets, Path(folder))
-        some = said_in(sets, found)
-        text = page_of(sets, found, some)
+        text = page_of(sets, found)
     if page is None:
         print(text, end="")
     else:
         head, rest = page.read_text(encoding="utf-8").split(BEGIN)
         page.write_text(f"{head}{BEGIN}\n\n{text}\n{END}{rest.split(END)[1]}", encoding="utf-8")
-        write_lines(page.with_name("fleet-recordings.csv"), some)
     return found.code
 
 
