@@ -594,7 +594,7 @@ robot_mistake("two wheels' names exchanged", "swapped|upside down", lambda case:
     case.wheel(1).update(name=wheel_columns(case)[0].removesuffix("_ticks"))), on=TWO_ENCODERS)
 # Steering.
 STEERING_SIZE = r"steering_scale|steering_ticks_per_revolution|a steering"
-STEERING = r"steering of '|_steering_|steering_scale|steering_ticks|a steering"
+STEERING = r"steering_zero_deg = |steering of '|_steering_|steering_scale|steering_ticks|a steering"
 robot_mistake("wheelbase in mm", PLACE, steered_times("x_m", 1000), on=STEERED)
 robot_mistake("wheelbase in cm", PLACE, steered_times("x_m", 100), on=STEERED)
 robot_mistake("wheelbase in inches", PLACE, steered_times("x_m", 1 / 0.0254), on=STEERED)
