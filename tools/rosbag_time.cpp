@@ -1,5 +1,5 @@
-// rosbag_time BAG: reads the bytes of every message of a ROS 1 bag by librosbag_storage, as tools/rosbag_time.sh compiles
-// it. Prints their number and processor time.
+// rosbag_time BAG: reads the bytes of every message of a ROS 1 bag by librosbag_storage, as
+// tools/rosbag_time.sh compiles it. Prints their number and processor time.
 #include <cstdint>
 #include <cstdio>
 #include <ctime>
