@@ -55,7 +55,7 @@ bool turn_rightly(const Chassis& others, const Recording& recording, Robot robot
 
 std::optional<Finding> wrong_steering_direction(const Recording& recording, const Robot& robot) {
   constexpr double kLeastWay_m = 2.0;
-  constexpr double kAgree = 0.8;              // angles that scatter by 19°
+  constexpr double kAlike = 0.8;              // angles that scatter by 19°
   constexpr double kFar_rad = radians(30.0);  // calibration finds a zero from nearer
   const std::optional<Chassis> others = without_steering(robot.chassis);
   if (!others || recording.wheels.steering.empty()) return std::nullopt;
@@ -73,7 +73,7 @@ std::optional<Finding> wrong_steering_direction(const Recording& recording, cons
   }
   for (std::size_t i = 0; i < robot.chassis.all_wheels().size(); ++i) {
     const RollingBeside& wheel = beside[i];
-    if (wheel.way_m() < kLeastWay_m || wheel.agreement() < kAgree || std::abs(wheel.mean_rad()) < kFar_rad)
+    if (wheel.way_m() < kLeastWay_m || wheel.agreement() < kAlike || std::abs(wheel.mean_rad()) < kFar_rad)
       continue;
     const auto zero_rad = zero_that_fits(*robot.chassis.all_wheels()[i].steering, wheel.mean_rad());
     if (!zero_rad || !turn_rightly(*others, recording, robot)) continue;

@@ -135,7 +135,7 @@ std::string SqliteRow::text(std::size_t column) const {
 
 SqliteFile::SqliteFile(const std::filesystem::path& path, const Limits& limits)
     : file_(path, kSmallestPage), largest_record_(limits.largest_message) {
-  constexpr std::size_t kMagic = 16;
+  constexpr std::size_t kPageSizeAt = 16;
   const std::span<const std::byte> head = file_.peek(kSqliteHead);
   if (head.size() < kSqliteHead)
     throw InputError(path.string(), "breaks off within its head", "a database of rosbag2");
@@ -144,7 +144,7 @@ SqliteFile::SqliteFile(const std::filesystem::path& path, const Limits& limits)
     return take_big(cursor, bytes);
   };
   constexpr std::size_t kReservedAt = 20, kChangesAt = 24, kCountAt = 28, kFreeAt = 32, kValidForAt = 92;
-  page_size_ = static_cast<std::size_t>(number(kMagic, 2));
+  page_size_ = static_cast<std::size_t>(number(kPageSizeAt, 2));
   if (page_size_ == 1) page_size_ = kLargestPage;  // two bytes have no room for it
   const auto reserved = static_cast<std::size_t>(number(kReservedAt, 1));
   if (page_size_ < kSmallestPage || !std::has_single_bit(page_size_) || page_size_ - reserved < kLeastUsable)
