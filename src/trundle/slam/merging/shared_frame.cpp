@@ -100,7 +100,7 @@ JointMap with_metre(JointMap map) {
 }
 
 /// By what share lengths of one map are to be longer to be those of another, and the variance of that.
-struct Stretch {
+struct Lengthening {
   double share = 0.0, variance = 0.0;
 };
 
@@ -151,7 +151,7 @@ class FrameSearch {
     const double off = of_a.length_m - of_b.length_m;
     if (off * off > gate_of_length_ * (of_a.variance + of_b.variance)) return;
     ++tried_;
-    const Stretch stretch = stretch_by(of_a, of_b);
+    const Lengthening stretch = stretch_by(of_a, of_b);
     const double longer = 1.0 + stretch.share;
     const auto frame =
         rigid_motion(std::array{PointPair{longer * a_.positions[of_a.first], b_.positions[of_b.first]},
@@ -175,7 +175,7 @@ class FrameSearch {
   }
 
   /// As two lengths say that are the same, beside what is known of the metres. docs/theory/merge.md, eq. 30a.
-  Stretch stretch_by(const Baseline& of_a, const Baseline& of_b) const {
+  Lengthening stretch_by(const Baseline& of_a, const Baseline& of_b) const {
     const double by_metre = squared(a_.metre_sigma * of_a.length_m);
     const double gain = by_metre / (of_a.variance + of_b.variance);
     return {gain * (of_b.length_m / of_a.length_m - 1.0), (1.0 - gain) * squared(a_.metre_sigma)};
@@ -183,7 +183,7 @@ class FrameSearch {
 
   /// One to one, the nearest first; besides their own a frame of two points is as uncertain as those are, the
   /// more the farther away.
-  std::vector<LandmarkMatch> matches_at(const Pose2& frame, const Stretch& stretch, const Baseline& of_a,
+  std::vector<LandmarkMatch> matches_at(const Pose2& frame, const Lengthening& stretch, const Baseline& of_a,
                                         const Baseline& of_b) const {
     std::vector<std::pair<double, LandmarkMatch>> near;
     const Matrix2 R = rotation(frame.heading);
