@@ -139,7 +139,7 @@ def table(sets: dict[str, list[Given]], found: Result) -> Iterator[str]:
 
 
 class Said(NamedTuple):
-    """A line of some logs of a data set, without numbers where these differ."""
+    """The line of some logs of a data set; where nothing was calibrated what it begins with, without its numbers."""
 
     data_set: str
     status: str
@@ -154,7 +154,7 @@ def said_in(sets: dict[str, list[Given]], found: Result) -> list[Said]:
             run = found.runs[one.found_as]
             line = re.sub(rf"^(run )?({re.escape(one.log)}|{re.escape(os.path.basename(one.log))})[/:] ?", "", run.line)
             if line:
-                key = name, run.status, re.sub(r"(?<!\w)-?\d[\d.e+-]*", "…", line) if run.status == "done" else line
+                key = name, run.status, re.sub(r"(?<!\w)-?\d[\d.e+-]*", "…", line.split(": ")[0]) if run.status == "done" else line
                 all_said.setdefault(key, []).append(os.path.basename(one.log))
     return [Said(name, status, logs, line) for (name, status, line), logs in all_said.items()]
 
