@@ -9,6 +9,7 @@
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/geometry/squared.hpp"
 #include "trundle/io/error.hpp"
+#include "trundle/io/interruption.hpp"
 #include "trundle/slam/merging/shared_frame.hpp"
 
 namespace trundle::slam {
@@ -43,6 +44,7 @@ class JointMerge {
     const Index n = positions_at_ + 2 * static_cast<Index>(merged_.map.positions.size());
     Eigen::MatrixXd A;
     for (int round = 0; round < kMostMergeRounds; ++round) {
+      check_interruption();
       A = Eigen::MatrixXd::Zero(n, n);
       Eigen::VectorXd g = Eigen::VectorXd::Zero(n);
       merged_.cost = 0.0;

@@ -13,6 +13,7 @@
 #include "trundle/geometry/rigid_motion.hpp"
 #include "trundle/geometry/squared.hpp"
 #include "trundle/io/error.hpp"
+#include "trundle/io/interruption.hpp"
 #include "trundle/slam/merging/joint_fit.hpp"
 #include "trundle/statistics/distribution.hpp"
 
@@ -147,6 +148,7 @@ class FrameSearch {
   }
 
   void try_frame(const Baseline& of_a, const Baseline& of_b) {
+    check_interruption();
     if (!may_match(of_a.first, of_b.first) || !may_match(of_a.second, of_b.second)) return;
     const double off = of_a.length_m - of_b.length_m;
     if (off * off > gate_of_length_ * (of_a.variance + of_b.variance)) return;
@@ -228,6 +230,7 @@ class FrameSearch {
   /// By all its matches, without those that keep them from fitting together.
   bool refine(SharedFrame& shared) const {
     while (shared.matches.size() >= 2) {
+      check_interruption();
       const JointFit fit = joint_fit(a_, b_, shared.matches, shared.b_from_a);
       const double freedom = 2.0 * static_cast<double>(shared.matches.size()) - 3.0;
       if (fit.cost <= chi_squared_limit(options_.tail, freedom)) {
