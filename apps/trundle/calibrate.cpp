@@ -50,8 +50,13 @@ void add_calibrate(CLI::App& app) {
                     "Also learn the noise of wheels, sideways motion and gyro from what odometry misses of "
                     "the reference; with --landmarks that of odometry and landmark sensor from what the "
                     "smoother leaves");
-  command->add_flag("--landmarks", options->landmarks,
-                    "Learn from what the robot saw of landmarks, without any reference");
+  CLI::Option* landmarks = command->add_flag(
+      "--landmarks", options->landmarks, "Learn from what the robot saw of landmarks, without any reference");
+  command
+      ->add_flag("--with-reference", options->calibrate.with_reference,
+                 "With --landmarks: also from the positions of the reference, which show how long a metre of "
+                 "the landmark sensor is")
+      ->needs(landmarks);
   add_read_options(*command, options->reading);
   add_calibration_output(*command, options->output);
   command->callback([options] { run(*options); });

@@ -17,6 +17,8 @@ CalibrationAnswer calibrate(const py::iterable& runs, const RobotFile& robot, co
                             const CalibrateOptions& options, bool landmarks) {
   const std::vector<Recording> training = recordings_of("runs", runs);
   if (training.empty()) throw InputError("runs", "name none", "recordings, or folders that hold some");
+  if (options.with_reference && !landmarks)
+    throw InputError("with_reference", "is given alone", "landmarks=True");
   const std::vector<Recording> held_out = recordings_of("hold_out", hold_out);
   const auto answer = landmarks ? answer_landmark_calibration : answer_calibration;
   return without_gil([&] { return answer(training, held_out, robot, options); });
@@ -118,11 +120,13 @@ void bind_calibration(py::module_& module) {
   module.def(
       "calibrate",
       [](const py::iterable& runs, const RobotFile& robot, const py::iterable& hold_out,
-         std::vector<std::string> free, std::vector<std::string> fix, bool learn_noise, bool landmarks) {
-        return calibrate(runs, robot, hold_out, {std::move(free), std::move(fix), learn_noise}, landmarks);
+         std::vector<std::string> free, std::vector<std::string> fix, bool learn_noise, bool landmarks,
+         bool with_reference) {
+        return calibrate(runs, robot, hold_out,
+                         {std::move(free), std::move(fix), learn_noise, with_reference}, landmarks);
       },
       py::arg("runs"), py::arg("robot"), py::kw_only(), py::arg("hold_out"), py::arg("free"), py::arg("fix"),
-      py::arg("learn_noise"), py::arg("landmarks"));
+      py::arg("learn_noise"), py::arg("landmarks"), py::arg("with_reference"));
 }
 
 }  // namespace trundle::python

@@ -19,12 +19,14 @@ def calibrate(
     fix: Sequence[str] = (),
     learn_noise: bool = False,
     landmarks: bool = False,
+    with_reference: bool = False,
 ) -> Calibration:
     """Calibrates a robot from recordings with references, or `landmarks`: from what it saw of them.
 
     `runs` and `hold_out`: recordings, or folders of them; the latter are only evaluated. `robot`: as it is
     before. `free`, `fix`: names of parameters to estimate besides the usual ones, or to leave as they are.
-    `learn_noise`: also the noise of wheels, sideways motion and gyro. docs/calibration.md.
+    `learn_noise`: also the noise of wheels, sideways motion and gyro. `with_reference`: with `landmarks`, the
+    positions of references count too. docs/calibration.md.
 
     >>> import trundle
     >>> found = trundle.calibrate("data/demo/session_01", "data/demo/robot.toml",
@@ -41,6 +43,7 @@ def calibrate(
         fix=many(fix),
         learn_noise=learn_noise,
         landmarks=landmarks,
+        with_reference=with_reference,
     )
 
 

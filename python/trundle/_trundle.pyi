@@ -598,6 +598,7 @@ def calibrate(
     fix: Sequence[str],
     learn_noise: bool,
     landmarks: bool,
+    with_reference: bool,
 ) -> Calibration: ...
 def odometry(recording: Recording, robot: Robot, *, start: Optional[_Start], smooth: bool) -> Odometry: ...
 def slip(

@@ -219,6 +219,21 @@ long = trundle.Recording.from_arrays(wheels=dict(time_s=time_s, left_ticks=ticks
 found = trundle.odometry(long, robot) if "found" in "{call}" else None"""
             self.assert_interrupted(call, before, TOUR, ROBOT, self.ours / "saved.csv")
 
+    def test_control_c_of_a_merge(self):
+        """Of two maps that share no name."""
+        names, sigma_m = range(300), 0.05
+        places = numpy.random.default_rng(7).uniform(0.0, 60.0, (len(names), 2))
+        for folder, turned in (("a", places), ("b", places @ [[0.0, 1.0], [-1.0, 0.0]])):
+            rows = [f"{name},{x},{y},{sigma_m**2},0,{sigma_m**2},9" for name, (x, y) in zip(names, turned)]
+            joint = [f"{i // 2},{'xy'[i % 2]}," + ",".join(map(str, row))
+                     for i, row in enumerate(sigma_m**2 * numpy.eye(2 * len(names)))]
+            (self.theirs / folder).mkdir()
+            (self.theirs / folder / "landmarks.csv").write_text(
+                "landmark,x_m,y_m,var_xx,var_xy,var_yy,sightings\n" + "\n".join(rows) + "\n")
+            (self.theirs / folder / "landmarks_covariance.csv").write_text(
+                "landmark,axis," + ",".join(f"cov_{i}" for i in range(2 * len(names))) + "\n" + "\n".join(joint) + "\n")
+        self.assert_interrupted("trundle.merge(sys.argv[1:], unknown_ids=True)", "", self.theirs / "a", self.theirs / "b")
+
     def test_control_c_of_calls_on_files(self):
         """Of six hours. umbmark takes many runs, as one of squares is short."""
         scenario, place, squares = self.theirs / "scenario.toml", self.theirs / "drive", f"{DEMO}/session_01/square_cw_01"

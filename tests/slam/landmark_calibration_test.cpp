@@ -442,6 +442,38 @@ TEST(LandmarkCalibration, FindsAScaleOfRangesOnlyAgainstKnownWheels) {
   EXPECT_FALSE(both.unobservable.empty());
 }
 
+/// With ranges 3 % and 5 cm too long, and a reference that sees a point beside the middle.
+Scenario referenced_scenario(std::uint64_t seed) {
+  Scenario scenario = scenario_of(true_robot(seed), tour(40.0, seed), seed);
+  LandmarkSensor& sensor = *scenario.truth.landmark_sensor;
+  sensor.range_scale = 1.03;
+  sensor.range_offset_m = 0.05;
+  sensor.bearing_offset_rad = radians(2.0);
+  scenario.nominal.body_from_reference = scenario.truth.body_from_reference = {0.1, 0.05, 0.0};
+  scenario.reference = {.rate_hz = 10.0, .position_sigma_m = 0.02};
+  return scenario;
+}
+
+TEST(LandmarkCalibration, FindsAScaleOfRangesByThePositionsOfAReference) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
+  Honesty honesty;
+  std::vector<Parameter> wanted = {kRangeScale, kRangeOffset, kBearingOffset};
+  const int seeds = test::trials(40, 2);
+  double squares = 0.0;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    const Scenario scenario = referenced_scenario(static_cast<std::uint64_t>(seed));
+    const Recording recording = recorded(scenario);
+    const CalibrationResult result = calibrate_from_landmarks(
+        {&recording, 1}, {}, scenario.nominal,
+        {.free = {"sensor.range_offset", "sensor.bearing_offset"}, .with_reference = true});
+    EXPECT_LT(of(result, kRangeScale).sigma_within, 0.01);
+    squares += squared_sigmas(wanted, result, scenario.truth);
+    honesty.add(result, scenario.truth);
+  }
+  honesty.expect_honest();
+  EXPECT_NEAR(squares / (3.0 * seeds), 1.0, 4.0 * std::sqrt(2.0 / (3.0 * seeds)));
+}
+
 /// A robot whose motion somebody else computed, among landmarks.
 Scenario velocity_scenario(std::uint64_t seed) {
   Scenario scenario = scenario_of(nominal_robot(), tour(40.0, seed), seed);

@@ -14,6 +14,7 @@ struct CalibrateOptions {
       {};  ///< names of parameters to estimate besides the default ones (parameter.hpp)
   std::vector<std::string> fix = {};  ///< names of parameters to leave at nominal
   bool learn_noise = false;           ///< also of wheels, sideways motion and gyro: noise/learn_noise.hpp
+  bool with_reference = false;        ///< from landmarks: positions of references count, too
 };
 
 /// The general estimator: the parameters of any chassis from any mix of recordings whose references are

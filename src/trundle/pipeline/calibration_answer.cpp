@@ -84,6 +84,7 @@ CalibrationAnswer answer_landmark_calibration(std::span<const Recording> trainin
   CalibrationAnswer answer{.provenance = provenance_of(training, hold_out, nominal, options),
                            .result = calibrate_from_landmarks(training, hold_out, nominal.robot, options)};
   answer.provenance.options.emplace_back("landmarks", "true");
+  if (options.with_reference) answer.provenance.options.emplace_back("with_reference", "true");
   require_sound(answer.result);
   warn_of_misreadings(training, answer.result);
   warn_of_copies(training, hold_out, answer.result);

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "trundle/io/interruption.hpp"
 #include "trundle/simulation/command.hpp"
 #include "trundle/simulation/kinematics.hpp"
 #include "trundle/simulation/steering.hpp"
@@ -155,6 +156,7 @@ Drive drive(const Scenario& scenario) {
   result.moments.push_back({0.0, scenario.start, {}, {}});
   if (steered) result.moments.front().steering_rad = steering.at.front();
   for (std::size_t i = 1; i < cuts.size(); ++i) {
+    check_interruption();
     const Moment& before = result.moments.back();
     const TimeSpan interval{before.time_s, cuts[i] - before.time_s};
     if (steered) kinematics.steer(steering.within[i - 1]);

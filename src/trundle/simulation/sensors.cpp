@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "trundle/io/interruption.hpp"
 #include "trundle/simulation/streams.hpp"
 
 namespace trundle::simulation {
@@ -33,7 +34,10 @@ class Follower {
 template <typename F>
 void at_rate(double rate_hz, const Drive& drive, F f) {
   const double end = drive.moments.back().time_s;
-  for (int k = 0; rate_hz > 0.0 && k / rate_hz <= end + 1e-9; ++k) f(k / rate_hz);
+  for (int k = 0; rate_hz > 0.0 && k / rate_hz <= end + 1e-9; ++k) {
+    check_interruption();
+    f(k / rate_hz);
+  }
 }
 
 double wrapped_count(double count, int bits) {

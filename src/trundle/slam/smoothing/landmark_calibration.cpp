@@ -11,6 +11,7 @@
 #include "trundle/calibration/problem/defaults.hpp"
 #include "trundle/calibration/problem/run_gyro_bias.hpp"
 #include "trundle/calibration/validation/conclusion.hpp"
+#include "trundle/io/error.hpp"
 #include "trundle/io/words.hpp"
 #include "trundle/recording/velocity_lag.hpp"
 #include "trundle/slam/consistency_checks.hpp"
@@ -32,6 +33,8 @@ constexpr int kMostNoiseRounds = 10;
 constexpr double kSameNoise = 0.1;  // sigmas
 // Sightings or odometry scatter by so much more, or less, than their sigmas that a person should know.
 constexpr double kScattersMore = 1.5;
+// As do errors of which means are as much more uncertain.
+constexpr double kLastsLonger = 1.2;
 
 // Where the sensor's clock is sought, sightings so close to either end of the odometry are left out [s]: they
 // could leave it on the way. Twice the prior's sigma.
@@ -69,6 +72,13 @@ std::vector<LandmarkId> by_sighting(const Recording& recording, const SlamInput&
   return landmarks;
 }
 
+/// What is to be found, and from what.
+struct LandmarkQuestion {
+  std::span<const Recording> recordings;
+  std::span<const Parameter> parameters;
+  bool with_reference = false;  ///< from its positions too
+};
+
 /// Landmarks without names are associated by the filter, and once more along the whole path.
 AssociatedRecording associated(const Recording& recording, const Robot& robot, const Margins& margins) {
   AlignedReadings readings = align(recording, robot);
@@ -87,11 +97,23 @@ AssociatedRecording associated(const Recording& recording, const Robot& robot, c
           std::move(smoothed.trajectory)};
 }
 
-std::vector<AssociatedRecording> associated(std::span<const Recording> recordings, const Robot& robot,
-                                            std::span<const Parameter> parameters) {
+/// Lays its path into the reference's frame, where that has one.
+void lay_into_reference(const Robot& robot, AssociatedRecording& one) {
+  const auto start = start_by_reference(one.run, one.path, robot);
+  one.in_reference = start.has_value();
+  for (StampedPose& stamped : one.path.poses)
+    if (start) stamped.pose = *start * stamped.pose;
+}
+
+std::vector<AssociatedRecording> associated(const LandmarkQuestion& question, const Robot& robot) {
   std::vector<AssociatedRecording> all;
-  for (const Recording& recording : recordings)
-    all.push_back(associated(recording, robot, margins_of(parameters)));
+  for (const Recording& recording : question.recordings) {
+    all.push_back(associated(recording, robot, margins_of(question.parameters)));
+    if (question.with_reference) lay_into_reference(robot, all.back());
+  }
+  if (question.with_reference && std::ranges::none_of(all, &AssociatedRecording::in_reference))
+    throw CannotAnswer(
+        "no recording has a reference with positions along its way: leave out --with-reference");
   return all;
 }
 
@@ -136,14 +158,14 @@ double largest_shift(const Estimate& before, const Estimate& after, std::span<co
 
 /// A wrong robot takes landmarks for one another, and what was taken wrongly makes the robot wrong: both are
 /// found in turn, until the robot stays.
-AssociatedFit fit_in_turn(std::span<const Recording> recordings, const Robot& nominal,
-                          std::span<const Parameter> parameters) {
-  AssociatedFit result{associated(recordings, nominal, parameters), {}};
+AssociatedFit fit_in_turn(const LandmarkQuestion& question, const Robot& nominal) {
+  const std::span<const Parameter> parameters = question.parameters;
+  AssociatedFit result{associated(question, nominal), {}};
   result.fit = fit_landmarks(result.all, nominal, parameters);
   if (!result.has_unidentified()) return result;
   for (int times = 1; times < kMostAssociations; ++times) {
     const Estimate before = result.fit.estimate;
-    result.all = associated(recordings, before.robot, parameters);
+    result.all = associated(question, before.robot);
     result.fit = fit_landmarks(result.all, nominal, parameters);
     result.unsettled = largest_shift(before, result.fit.estimate, parameters);
     if (result.unsettled < kSameRobot) break;
@@ -162,8 +184,7 @@ double largest_shift(const LandmarkNoise& before, const LandmarkNoise& after) {
 
 /// Noise weighs what the robot is found from, and the robot found shows what is noise: in turn, until the
 /// noise stays. `found` becomes the fit with it, and `robot` the given one with it.
-LandmarkNoise learn_noise_in_turn(std::span<const Recording> recordings,
-                                  std::span<const Parameter> parameters, Robot& robot, AssociatedFit& found) {
+LandmarkNoise learn_noise_in_turn(const LandmarkQuestion& question, Robot& robot, AssociatedFit& found) {
   const Robot given = robot;
   std::optional<LandmarkNoise> before;
   for (int round = 0;; ++round) {
@@ -171,9 +192,9 @@ LandmarkNoise learn_noise_in_turn(std::span<const Recording> recordings,
     const bool stays = before && largest_shift(*before, noise) < kSameNoise;
     robot = with_noise_of(noise.robot, robot);
     if (found.has_unidentified())
-      found = fit_in_turn(recordings, robot, parameters);
+      found = fit_in_turn(question, robot);
     else
-      found.fit = fit_landmarks(found.all, robot, parameters);
+      found.fit = fit_landmarks(found.all, robot, question.parameters);
     if (stays || round + 1 == kMostNoiseRounds) return noise;
     before = std::move(noise);
   }
@@ -204,20 +225,44 @@ std::optional<GivenParameters> open_range_scale(const AssociatedFit& found, cons
                                    taken_along_by_range_scale(found.all, found.fit), estimate);
 }
 
+/// Positions of a reference show how long a metre is, and so whether ranges are right in proportion.
+std::vector<Parameter> parameters_of(const Robot& nominal, const CalibrateOptions& options) {
+  std::vector<std::string> free = options.free;
+  if (options.with_reference) free.push_back(name_of(kRangeScale, nominal));
+  return choose_parameters(nominal, {.length = true, .anything = true}, free, options.fix);
+}
+
+/// What lengths rest on.
+std::string words_of_metre(const AssociatedFit& found, const std::optional<GivenParameters>& range_scale,
+                           const CalibrationResult& result) {
+  std::size_t sightings = 0;
+  for (const AssociatedRecording& one : found.all) sightings += one.recording.sightings.size();
+  if (std::ranges::any_of(found.all, &AssociatedRecording::in_reference))
+    return fmt::format(
+        "from {} sightings, and positions of the reference that err by {:.2g} m{}: lengths are the "
+        "reference's",
+        sightings, found.fit.positions.sigma_m,
+        found.fit.positions.persistence > kLastsLonger
+            ? fmt::format(" (alike for seconds: a mean of many is {:.1f} times as uncertain)",
+                          found.fit.positions.persistence)
+            : "");
+  const std::string counted =
+      range_scale ? fmt::format("; ± allows for {:.2g} % of that (--fix sensor.range_scale: it is right)",
+                                100.0 * std::sqrt(range_scale->covariance(0, 0)))
+                  : "";
+  return fmt::format(
+      "from {} sightings, without any reference: lengths are those of the landmark sensor, a "
+      "common error of its ranges is one of {}{}",
+      sightings, result.nominal.chassis.wheel_count == 0 ? "velocity.forward_scale" : "all diameters",
+      counted);
+}
+
 void add_words(const AssociatedFit& found, const std::optional<GivenParameters>& range_scale,
                CalibrationResult& result) {
   const double scatter = found.fit.scatter;
   std::size_t sightings = 0;
   for (const AssociatedRecording& one : found.all) sightings += one.recording.sightings.size();
-  const std::string counted =
-      range_scale ? fmt::format("; ± allows for {:.2g} % of that (--fix sensor.range_scale: it is right)",
-                                100.0 * std::sqrt(range_scale->covariance(0, 0)))
-                  : "";
-  result.notes.push_back(fmt::format(
-      "from {} sightings, without any reference: lengths are those of the landmark sensor, a "
-      "common error of its ranges is one of {}{}",
-      sightings, result.nominal.chassis.wheel_count == 0 ? "velocity.forward_scale" : "all diameters",
-      counted));
+  result.notes.push_back(words_of_metre(found, range_scale, result));
   if (found.unsettled >= kSameRobot)
     result.warnings.push_back(
         fmt::format("data association did not settle: repeated {} times, a parameter "
@@ -260,8 +305,8 @@ void add_noise(const LandmarkNoise& noise, CalibrationResult& result) {
 CalibrationResult calibrate_from_landmarks(std::span<const Recording> training,
                                            std::span<const Recording> hold_out, const Robot& nominal,
                                            const CalibrateOptions& options) {
-  const std::vector<Parameter> parameters =
-      choose_parameters(nominal, {.length = true, .anything = true}, options.free, options.fix);
+  const std::vector<Parameter> parameters = parameters_of(nominal, options);
+  const LandmarkQuestion question{training, parameters, options.with_reference};
   const bool only_noise = parameters.empty() && options.learn_noise;
   if (!only_noise) require_something_free(parameters, training, nominal);
   Robot start = nominal;
@@ -271,11 +316,11 @@ CalibrationResult calibrate_from_landmarks(std::span<const Recording> training,
                                         "how bearings change as the robot moves", start);
   const std::optional<std::string> sensor_clock = prepare_sensor_clock(training, parameters, start);
   const std::optional<std::string> gyro_noise = set_gyro_noise(training, start);
-  AssociatedFit found = fit_in_turn(training, start, parameters);
+  AssociatedFit found = fit_in_turn(question, start);
   if (!only_noise) require_something_estimated(found.fit.estimate, parameters, nominal);
   Robot noisy = start;
   std::optional<LandmarkNoise> noise;
-  if (options.learn_noise) noise = learn_noise_in_turn(training, parameters, noisy, found);
+  if (options.learn_noise) noise = learn_noise_in_turn(question, noisy, found);
   Estimate estimate = found.fit.estimate;
   const std::optional<GivenParameters> range_scale = open_range_scale(found, nominal, options, estimate);
   const SessionSpread spread = session_spread(found.all, noisy, parameters, estimate.space);

@@ -45,6 +45,8 @@ SmoothingProblem beginning_of(const SmoothingProblem& problem, int poses) {
                         .sensor_errors = problem.sensor_errors};
   for (const BiasLink& link : problem.bias_readings)
     if (link.pose < poses) part.bias_readings.push_back(link);
+  for (const PositionLink& link : problem.positions)
+    if (link.pose < poses) part.positions.push_back(link);
   for (const MotionLink& link : problem.motions)
     if (link.to < poses) part.motions.push_back(link);
   for (const RobotLink& link : problem.robots_seen)
@@ -118,9 +120,9 @@ SmoothingState grown_from(const SmoothingProblem& problem, SmoothingState state)
 }
 
 int degrees_of_freedom(const SmoothingProblem& problem) {
-  return 2 * (static_cast<int>(problem.sightings.size() + problem.robots_seen.size()) - problem.landmarks) -
-         3 * problem.free_starts + static_cast<int>(problem.bias_readings.size()) +
-         problem.parameter_evidence.count;
+  const std::size_t seen = problem.sightings.size() + problem.robots_seen.size() + problem.positions.size();
+  return 2 * (static_cast<int>(seen) - problem.landmarks) - 3 * problem.free_starts +
+         static_cast<int>(problem.bias_readings.size()) + problem.parameter_evidence.count;
 }
 
 Vector2 MedianPlace::take() {

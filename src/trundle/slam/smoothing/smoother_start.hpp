@@ -11,8 +11,9 @@ namespace trundle::slam {
   return {.most_iterations = options.most_iterations, .enough = options.enough};
 }
 
-/// Two for each sighting, of a robot too, less two for each landmark and three for each track whose start is
-/// free, one for each reading of the bias: what the cost is near when the noise is as it is said to be.
+/// Two for each sighting, of a robot too, and each position, less two for each landmark and three for each
+/// track whose start is free, one for each reading of the bias: what the cost is near when the noise is as it
+/// is said to be.
 [[nodiscard]] int degrees_of_freedom(const SmoothingProblem& problem);
 
 /// Where several sightings put a landmark: the median of each coordinate.

@@ -18,7 +18,8 @@ namespace {
 // Rounds, after each of which all motions are computed anew.
 constexpr int kMostRounds = 30;
 constexpr double kSettled = 0.01;  // a round moves the parameters by less than this many sigmas
-// And the spread of biases by less than this share: what it weighs changes by a tenth.
+// And the spread of biases, and what positions err by, by less than this share: what it weighs changes by a
+// tenth.
 constexpr double kSameSpread = 0.05;
 // Information below this share of the largest is rounding.
 constexpr double kRounding = 1e-10;
@@ -45,6 +46,7 @@ struct RoughFit {
   Eigen::MatrixXd held_covariance;  ///< of all parameters, in their own units
   OwnBiases own;
   std::vector<BiasWalk> walks;
+  PositionNoise positions;
 };
 
 void require_determined(bool determined) {
@@ -107,14 +109,14 @@ RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nomina
   const Eigen::VectorXd scale = prior_sigmas(parameters, nominal);
   OwnBiases own = own_biases(all, nominal, parameters);
   std::vector<BiasWalk> walks = bias_walks(all, nominal, parameters);
-  JointProblem start = joint_problem(all, nominal,
-                                     {nominal.chassis,
-                                      {parameters.begin(), parameters.end()},
-                                      scale.asDiagonal(),
-                                      Eigen::VectorXd::Ones(scale.size()),
-                                      own,
-                                      walks},
-                                     true);
+  const FreeColumns free{.nominal = nominal.chassis,
+                         .parameters = {parameters.begin(), parameters.end()},
+                         .columns = scale.asDiagonal(),
+                         .information = Eigen::VectorXd::Ones(scale.size()),
+                         .own = own,
+                         .walks = walks,
+                         .position_sigma_m = rough_position_noise(all, nominal).sigma_m};
+  JointProblem start = joint_problem(all, nominal, free, true);
   if (start.problem.sightings.empty())
     throw CannotAnswer("no sighting shows a known landmark: nothing to calibrate with");
   Minimiser minimiser(start.problem);
@@ -133,7 +135,9 @@ RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nomina
   own.move(found.minimum.state.parameters.segment(scale.size(), own.count()));
   EstimableSpace space = estimable_space(observed, parameters, nominal);
   Eigen::MatrixXd held = held_covariance(observed, space, parameters, nominal);
-  return {found.minimum.state, std::move(space), std::move(held), std::move(own), std::move(walks)};
+  return {found.minimum.state, std::move(space),
+          std::move(held),     std::move(own),
+          std::move(walks),    position_noise(start.problem, found.minimum.state, minimiser)};
 }
 
 RunEvidence evidence_of(const JointProblem& joint, std::size_t index, const SmoothingState& state) {
@@ -147,6 +151,8 @@ RunEvidence evidence_of(const JointProblem& joint, std::size_t index, const Smoo
   own.landmarks = static_cast<int>(track.landmarks().size());
   std::erase_if(own.motions, [&](const MotionLink& link) { return !is_own(link.to); });
   std::erase_if(own.sightings, [&](const SightingLink& link) { return !is_own(link.pose); });
+  std::erase_if(own.positions, [&](const PositionLink& link) { return !is_own(link.pose); });
+  own.free_starts = own.positions.empty() ? 0 : 1;
   RunEvidence evidence;
   evidence.chi2_per_dof = cost_of(own, state) / std::max(1, degrees_of_freedom(own));
   return evidence;
@@ -177,12 +183,14 @@ LandmarkSearch search_from(std::span<const AssociatedRecording> all, const Robot
   estimate.covariance = Eigen::MatrixXd::Zero(n, n);
   const EstimableSpace& space = estimate.space;
   const Eigen::Index determined = space.basis.cols();
-  search.fit.free = {nominal.chassis,
-                     {parameters.begin(), parameters.end()},
-                     space.scale.asDiagonal() * space.basis,
-                     Eigen::VectorXd::Zero(determined),
-                     std::move(rough.own),
-                     std::move(rough.walks)};
+  search.fit.positions = rough.positions;
+  search.fit.free = {.nominal = nominal.chassis,
+                     .parameters = {parameters.begin(), parameters.end()},
+                     .columns = space.scale.asDiagonal() * space.basis,
+                     .information = Eigen::VectorXd::Zero(determined),
+                     .own = std::move(rough.own),
+                     .walks = std::move(rough.walks),
+                     .position_sigma_m = rough.positions.sigma_among_many_m()};
   move(parameters, search.fit.free.columns * (space.basis.transpose() * search.fit.state.parameters.head(n)),
        estimate.robot);
   return search;
@@ -251,6 +259,15 @@ bool settle_spread(const Eigen::MatrixXd& covariance, LandmarkSearch& search) {
   return std::abs(found - before) <= kSameSpread * found;
 }
 
+/// Finds what positions by the reference err by. Returns whether that stays.
+bool settle_positions(const SmoothingProblem& problem, const Minimiser& minimiser, LandmarkSearch& search) {
+  if (problem.positions.empty()) return true;
+  search.fit.positions = position_noise(problem, search.fit.state, minimiser);
+  const double before = search.fit.free.position_sigma_m;
+  const double found = search.fit.free.position_sigma_m = search.fit.positions.sigma_among_many_m();
+  return std::abs(found - before) <= kSameSpread * found;
+}
+
 /// One round: the minimum with the motions of the robot found so far, which then moves there.
 void improve(Minimiser& minimiser, LandmarkSearch& search) {
   Estimate& estimate = search.fit.estimate;
@@ -275,7 +292,8 @@ void improve(Minimiser& minimiser, LandmarkSearch& search) {
   descent.last_step = sigmas_of(found, covariance);
   if (step.size() > 0) step.cwiseAbs().maxCoeff(&descent.parameter);
   set_evidence(here, minimum.cost, of_all, search);
-  const bool stays = settle_spread(of_all, search);
+  const bool positions_stay = settle_positions(here.problem, minimiser, search);
+  const bool stays = settle_spread(of_all, search) && positions_stay;
   descent.converged = minimum.converged && descent.last_step < kSettled && stays;
   if (descent.converged) search.fit.sensor = sensor_scores(here.problem, state, minimiser);
 }

@@ -5,6 +5,7 @@
 
 #include "trundle/calibration/likelihood/chassis_likelihood.hpp"
 #include "trundle/calibration/problem/noise_levels.hpp"
+#include "trundle/slam/smoothing/calibration/reference_positions.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"
 
 namespace trundle::slam {
@@ -109,6 +110,10 @@ TrackInput track_input(const AssociatedRecording& one, std::size_t recording, co
   const auto clock = std::ranges::find(free.parameters, ParameterKind::sensor_time_offset, &Parameter::kind);
   const auto n = static_cast<Eigen::Index>(free.parameters.size());
   TrackInput track{.observations = shown_in(input, one.shown)};
+  if (one.in_reference) {
+    if (!one.path.poses.empty()) track.start.pose = one.path.poses.front().pose;
+    track.start_covariance = free_start_covariance();
+  }
   double before_s = input.start_s;
   for (std::size_t k = 0; k < input.steps.size(); ++k) {
     const Motion& motion = input.steps[k].motion;
@@ -209,6 +214,9 @@ JointProblem joint_problem(std::span<const AssociatedRecording> all, const Robot
     LandmarkNumbers own;  // each recording has its own map
     joint.tracks.emplace_back(track_input(all[i], i, robot_in(robot, free, i), free, with_scatter),
                               joint.problem, own);
+    if (!all[i].in_reference) continue;
+    ++joint.problem.free_starts;
+    add_positions(all[i].run, joint.tracks.back(), robot, free.position_sigma_m, joint.problem);
   }
   return joint;
 }

@@ -20,6 +20,7 @@ struct AssociatedRecording {
   bool has_unidentified = false;  ///< some sightings bear no name
   std::vector<LandmarkId> shown;  ///< by each sighting (SlamInput::sighting_numbers)
   Trajectory path;                ///< along which they were associated; none where nothing was seen
+  bool in_reference = false;      ///< the path is in the reference's frame, and its positions count
 
   double start_s() const { return path.poses.empty() ? 0.0 : path.poses.front().time_s; }
   double end_s() const { return path.poses.empty() ? 0.0 : path.poses.back().time_s; }
@@ -37,6 +38,7 @@ struct FreeColumns {
   OwnBiases own = {};
   std::vector<BiasWalk> walks = {};  ///< by recording; none: the bias does not walk, or is not sought
   double walk_information = 1.0;     ///< of the prior of each harmonic, as OwnBiases::information
+  double position_sigma_m = 0.0;     ///< with which positions by the reference count, where they do
 
   [[nodiscard]] BiasWalk walk_of(std::size_t recording) const {
     return recording < walks.size() ? walks[recording] : BiasWalk{};

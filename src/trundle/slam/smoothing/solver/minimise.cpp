@@ -71,6 +71,7 @@ void Minimiser::build(const SmoothingProblem& problem, const SmoothingState& sta
   for (const MotionLink& link : problem.motions) add_to(equations, link, problem, state);
   for (const SightingLink& link : problem.sightings) add_to(equations, link, problem, state);
   for (const RobotLink& link : problem.robots_seen) add_to(equations, link, problem, state);
+  for (const PositionLink& link : problem.positions) add_to(equations, link, problem, state);
   for (const BiasLink& link : problem.bias_readings) add_to(equations, link, problem, state);
   add_parameters_to(equations, problem, state);
 }

@@ -111,6 +111,19 @@ void add_to(T& equations, const RobotLink& link, const SmoothingProblem& problem
 }
 
 template <NormalEquations T>
+void add_to(T& equations, const PositionLink& link, const SmoothingProblem& problem,
+            const SmoothingState& state) {
+  const PositionResidual r = position_residual(link, state);
+  const double weight = robust_weight(r.error.squaredNorm(), problem.gate);
+  const Eigen::Index n = pose_size(problem);
+  Eigen::Matrix<double, 2, 4> by_pose = Eigen::Matrix<double, 2, 4>::Zero();
+  by_pose.leftCols<3>() = r.by_pose;
+  const int pose = equations.pose_block(link.pose);
+  equations.add(pose, pose, (weight * by_pose.transpose() * by_pose).topLeftCorner(n, n));
+  equations.add(pose, -weight * (by_pose.transpose() * r.error).head(n));
+}
+
+template <NormalEquations T>
 void add_to(T& equations, const BiasLink& link, const SmoothingProblem&, const SmoothingState& state) {
   Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
   information(3, 3) = 1.0 / link.variance;

@@ -228,6 +228,15 @@ RobotResidual robot_residual(const SmoothingProblem& problem, const RobotLink& l
           share.asDiagonal() * by_marker * marker_by_seen, share.asDiagonal() * r.by_sensor};
 }
 
+// Eq. 13g.
+PositionResidual position_residual(const PositionLink& link, const SmoothingState& state) {
+  const Pose2& pose = state.poses[nth(link.pose)];
+  Matrix23 by_pose;
+  by_pose << Matrix2::Identity(), Vector2(-link.on_body.y(), link.on_body.x());
+  return {(link.position - pose * link.on_body) / link.sigma_m,
+          rotation(pose.heading) * by_pose / -link.sigma_m};
+}
+
 double cost_of(const SmoothingProblem& problem, const SmoothingState& state) {
   const Eigen::VectorXd off =
       problem.parameter_mean.size() == 0 ? state.parameters : state.parameters - problem.parameter_mean;
@@ -248,6 +257,8 @@ double cost_of(const SmoothingProblem& problem, const SmoothingState& state) {
     cost += robust_cost(sighting_residual(problem, link, state).error.squaredNorm(), problem.gate);
   for (const RobotLink& link : problem.robots_seen)
     cost += robust_cost(robot_residual(problem, link, state).error.squaredNorm(), problem.gate);
+  for (const PositionLink& link : problem.positions)
+    cost += robust_cost(position_residual(link, state).error.squaredNorm(), problem.gate);
   return cost;
 }
 

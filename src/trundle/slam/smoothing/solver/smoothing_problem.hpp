@@ -88,6 +88,14 @@ struct RobotLink {
   double marker_sigma_m = 0.0;               ///< 1σ along and across of where on the marker it is seen
 };
 
+/// Where a point of the robot is, seen from outside: in world axes.
+struct PositionLink {
+  int pose = 0;
+  Vector2 position = Vector2::Zero();  ///< [m]
+  Vector2 on_body = Vector2::Zero();   ///< [m], the point in the body frame
+  double sigma_m = 0.0;                ///< of x and of y
+};
+
 /// A reading of the bias at a pose.
 struct BiasLink {
   int pose = 0;
@@ -114,6 +122,7 @@ struct SmoothingProblem {
   std::vector<MotionLink> motions;
   std::vector<SightingLink> sightings;
   std::vector<RobotLink> robots_seen = {};
+  std::vector<PositionLink> positions = {};
   int free_starts = 0;                    ///< tracks of which nobody knows where they start
   Eigen::VectorXd parameter_information;  ///< prior of each parameter, about its mean; 0: none
   Eigen::VectorXd parameter_mean = {};    ///< none: 0
@@ -185,6 +194,14 @@ struct RobotResidual {
 };
 [[nodiscard]] RobotResidual robot_residual(const SmoothingProblem& problem, const RobotLink& link,
                                            const SmoothingState& state);
+
+/// Position minus expectation over its sigma, and its derivative by a move of the pose.
+/// docs/theory/landmark-calibration.md, eq. 13g.
+struct PositionResidual {
+  Vector2 error;
+  Matrix23 by_pose;
+};
+[[nodiscard]] PositionResidual position_residual(const PositionLink& link, const SmoothingState& state);
 
 /// What a squared residual counts for: itself up to the gate, then its logarithm; and the derivative. Eq. 3.
 [[nodiscard]] inline double robust_cost(double squared, double gate) {

@@ -43,13 +43,4 @@ struct Turned {
                                                    const SmootherOptions& options,
                                                    const std::optional<Turned>& turned = {});
 
-/// 1 σ of the start of a track of which nobody knows where it starts: beyond any place that robots meet in,
-/// and any turn.
-inline constexpr double kFreeStart_m = 1e3;
-inline constexpr double kFreeStart_rad = 1e2;
-[[nodiscard]] inline Matrix3 free_start_covariance() {
-  return Vector3(kFreeStart_m * kFreeStart_m, kFreeStart_m * kFreeStart_m, kFreeStart_rad * kFreeStart_rad)
-      .asDiagonal();
-}
-
 }  // namespace trundle::slam
