@@ -15,7 +15,7 @@ def missing(what):
 
 
 try:
-    import numpy  # noqa: F401
+    import numpy
 except ImportError as error:
     raise missing(f"{error}: apt-get install python3-numpy") from error
 
@@ -41,6 +41,24 @@ def document_of(*arguments):
     return document
 
 
+def beginning_of(recording, seconds):
+    """What each sensor recorded in the first seconds, as arrays."""
+    import trundle
+
+    def cut(stream):
+        rows = stream["time_s"] < start_s + seconds
+        return {name: values[rows] if isinstance(values, numpy.ndarray) else [v for v, row in zip(values, rows) if row]
+                for name, values in stream.items()}
+
+    named = ("wheels", "gyro", "velocity", "commands", "accel", "sightings", "reference")
+    streams = {name: stream for name in named if (stream := getattr(recording, name))}
+    start_s = min(stream["time_s"][0] for stream in streams.values())
+    landmarks = recording.landmarks
+    places = {"landmark": list(landmarks), "x_m": [x for x, _ in landmarks.values()], "y_m": [y for _, y in landmarks.values()]}
+    return trundle.Recording.from_arrays(recording.name, **{name: cut(stream) for name, stream in streams.items()},
+                                         landmarks=places if landmarks else None)
+
+
 class WithFolder(unittest.TestCase):
     """Each test has a folder of its own, for what the program writes and what Python does."""
 
@@ -60,3 +78,20 @@ class WithFolder(unittest.TestCase):
         self.assertGreater(len(names(self.ours)), 0)
         for name in names(self.ours):
             self.assertTrue(filecmp.cmp(self.theirs / name, self.ours / name, shallow=False), f"{name} differs")
+
+    def assert_same_answer(self, command, call, *arguments):
+        """The document of a command, or its line. Returns what `call` does; None: an error."""
+        import trundle
+
+        done = program(command, *arguments, "--json", check=False)
+        try:
+            found = call()
+        except (ValueError, trundle.CannotAnswer) as error:
+            self.assertEqual(f"trundle: {error}\n", done.stderr)
+            self.assertEqual(done.returncode, 4 if isinstance(error, trundle.CannotAnswer) else 3)
+            return None
+        self.assertEqual(done.returncode, 0, done.stderr)
+        theirs = json.loads(done.stdout)
+        theirs.pop("outputs", None)
+        self.assertEqual(found.to_dict(), theirs)
+        return found

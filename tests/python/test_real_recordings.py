@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy
 import trundle
-from common import REAL_DATA, program
+from common import REAL_DATA, WithFolder, program
 
 if not REAL_DATA.exists():
     raise unittest.SkipTest(f"real data not found: {REAL_DATA}")
@@ -30,7 +30,7 @@ def tool(name):
     return module
 
 
-class RealRecordings(unittest.TestCase):
+class RealRecordings(WithFolder):
     @classmethod
     def setUpClass(cls):
         folder = tempfile.TemporaryDirectory()
@@ -40,21 +40,6 @@ class RealRecordings(unittest.TestCase):
         with contextlib.redirect_stdout(io.StringIO()):
             run_all.lay_out(REAL_DATA.resolve(), cls.out)
         cls.jobs = list(run_all.jobs(REAL_DATA.resolve(), cls.out))
-
-    def assert_same(self, command, call, *arguments):
-        """The document of a command, or its line."""
-        done = program(command, *arguments, "--json", check=False)
-        try:
-            found = call()
-        except (ValueError, trundle.CannotAnswer) as error:
-            self.assertEqual(f"trundle: {error}\n", done.stderr)
-            self.assertEqual(done.returncode, 4 if isinstance(error, trundle.CannotAnswer) else 3)
-            return None
-        self.assertEqual(done.returncode, 0, done.stderr)
-        theirs = json.loads(done.stdout)
-        theirs.pop("outputs", None)
-        self.assertEqual(found.to_dict(), theirs)
-        return found
 
     def recordings(self):
         """Of every session, with the number of the robot where the folder holds several."""
@@ -73,7 +58,7 @@ class RealRecordings(unittest.TestCase):
                 for name in ("odometry", "slip"):
                     with tempfile.TemporaryDirectory() as place:
                         ours, theirs = Path(place, "ours.csv"), Path(place, "theirs.csv")
-                        found = self.assert_same(name, lambda: getattr(trundle, name)(read(), job.robot),
+                        found = self.assert_same_answer(name, lambda: getattr(trundle, name)(read(), job.robot),
                                                  folder, *options, "-o", theirs)
                         if found is None:
                             continue
@@ -91,7 +76,7 @@ class RealRecordings(unittest.TestCase):
                 continue
             compared.add(name)
             with self.subTest(job.title):
-                self.assert_same("calibrate", lambda: trundle.calibrate(job.calibrate_on, job.robot),
+                self.assert_same_answer("calibrate", lambda: trundle.calibrate(job.calibrate_on, job.robot),
                                  job.calibrate_on, "--robot", job.robot)
         print(f"calibrated: {', '.join(sorted(compared))}")
         self.assertGreater(len(compared), 3)
