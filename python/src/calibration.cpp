@@ -21,7 +21,7 @@ CalibrationAnswer calibrate(const py::iterable& runs, const RobotFile& robot, co
     throw InputError("with_reference", "is given alone", "landmarks=True");
   const std::vector<Recording> held_out = recordings_of("hold_out", hold_out);
   const auto answer = landmarks ? answer_landmark_calibration : answer_calibration;
-  return without_gil([&] { return answer(training, held_out, robot, options); });
+  return by_library([&] { return answer(training, held_out, robot, options); });
 }
 
 /// As who reads the file that is saved gets it.

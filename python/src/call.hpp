@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <ctime>
 
 #include <pybind11/pybind11.h>
 
@@ -42,6 +43,30 @@ auto without_gil(const Compute& compute) {
   } catch (const Interrupted&) {
     throw py::error_already_set();  // what PyErr_CheckSignals has set
   }
+}
+
+/// Processor time of this thread [s].
+inline double thread_s() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// What the library has taken of it. What a call takes besides is what Python adds:
+/// tests/python/test_speed.py.
+inline thread_local double library_s = 0.0;
+
+/// What the library answers, without the GIL: `answer` calls it, and copies or converts nothing itself.
+template <class Answer>
+auto by_library(const Answer& answer) {
+  struct Counted {
+    double start = thread_s();
+    ~Counted() { library_s += thread_s() - start; }
+  };
+  return without_gil([&] {
+    const Counted counted;
+    return answer();
+  });
 }
 
 }  // namespace trundle::python

@@ -27,10 +27,10 @@ TrajectoryFile estimate_given(const py::object& given) {
   }
   if (py::isinstance<RecordingFile>(given)) {
     const auto& file = given.cast<const RecordingFile&>();
-    return without_gil([&] { return reference_of(file.recording, place_of(file)); });
+    return by_library([&] { return reference_of(file.recording, place_of(file)); });
   }
   const auto path = path_of_trajectory("estimate", given);
-  return without_gil([&] { return read_trajectory_file(path); });
+  return by_library([&] { return read_trajectory_file(path); });
 }
 
 /// The same, on the estimate's clock.
@@ -38,14 +38,15 @@ TrajectoryFile reference_given(const py::object& given, const TrajectoryFile& es
                                const ClockQuestion& question) {
   if (py::isinstance<Trajectory>(given)) {
     const auto& trajectory = given.cast<const Trajectory&>();
-    return without_gil([&] { return on_clock_of(estimate, TrajectoryFile{trajectory, {}}, question); });
+    TrajectoryFile reference = without_gil([&] { return TrajectoryFile{trajectory, {}}; });
+    return by_library([&] { return on_clock_of(estimate, std::move(reference), question); });
   }
   if (py::isinstance<RecordingFile>(given)) {
     const auto& file = given.cast<const RecordingFile&>();
-    return without_gil([&] { return on_clock_of(estimate, file.recording, place_of(file), question); });
+    return by_library([&] { return on_clock_of(estimate, file.recording, place_of(file), question); });
   }
   const auto path = path_of_trajectory("reference", given);
-  return without_gil([&] { return on_clock_of(estimate, path, question); });
+  return by_library([&] { return on_clock_of(estimate, path, question); });
 }
 
 Alignment alignment_named(const std::string& name) {
@@ -62,7 +63,7 @@ EvaluationAnswer evaluate(const py::object& estimate, const py::object& referenc
   const TrajectoryFile mine = estimate_given(estimate);
   const TrajectoryFile truth = reference_given(
       reference, mine, {.robot = robot, .longest_gap_s = longest_gap_s, .time_offset_s = time_offset_s});
-  return without_gil([&] { return answer_evaluation(mine, truth, options, robot); });
+  return by_library([&] { return answer_evaluation(mine, truth, options, robot); });
 }
 
 void bind_evaluation_parts(py::module_& module) {

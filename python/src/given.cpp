@@ -34,7 +34,7 @@ std::filesystem::path path_of(const char* argument, const py::handle& given, con
 RobotFile robot_given(const py::handle& given) {
   if (py::isinstance<RobotFile>(given)) return given.cast<const RobotFile&>();
   const std::filesystem::path path = path_of("robot", given, "a Robot, or the path of its file");
-  return without_gil([&] { return read_robot_file(path); });
+  return by_library([&] { return read_robot_file(path); });
 }
 
 std::vector<OutputFile> interruptible(std::vector<OutputFile> files) {

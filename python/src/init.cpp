@@ -40,7 +40,7 @@ void bind_init(py::module_& module) {
                                     .urdf = std::move(urdf),
                                     .controller = std::move(controller),
                                     .message_folders = std::move(msg_path)};
-        return without_gil([&] {
+        return by_library([&] {
           InitAnswer answer = answer_init(question);
           write_files(answer.files, answer.provenance.inputs);
           return answer;

@@ -40,10 +40,9 @@ LocalizeAnswer localize(const RecordingFile& recording, const RobotFile& robot, 
   const auto* const found = py::isinstance<SlamAnswer>(map) ? &map.cast<const SlamAnswer&>() : nullptr;
   const std::filesystem::path path =
       found != nullptr ? "" : path_of("map", map, "what slam gave, or the path of landmarks.csv");
-  return without_gil([&] {
-    const MapFile known = found != nullptr ? map_of(*found) : read_map_file(path);
-    return answer_localize(recording.recording, robot, known, question);
-  });
+  const MapFile known = found != nullptr ? without_gil([&] { return map_of(*found); })
+                                         : by_library([&] { return read_map_file(path); });
+  return by_library([&] { return answer_localize(recording.recording, robot, known, question); });
 }
 
 void save_localization(const LocalizeAnswer& self, const std::filesystem::path& path,

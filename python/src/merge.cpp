@@ -22,11 +22,9 @@ struct Merge {
 Merge merge(std::vector<std::string> maps, bool unknown_ids) {
   if (maps.size() < 2) throw InputError("maps", fmt::format("are {}", maps.size()), "two at least");
   const MergeQuestion question{.maps = std::move(maps), .unknown_ids = unknown_ids};
-  return without_gil([&] {
-    Merge merge{answer_merge(question), {}};
-    merge.landmarks = landmarks_of(merge.answer.merged);
-    return merge;
-  });
+  MergeAnswer answer = by_library([&] { return answer_merge(question); });
+  std::vector<MappedLandmark> landmarks = without_gil([&] { return landmarks_of(answer.merged); });
+  return {std::move(answer), std::move(landmarks)};
 }
 
 void save_merge(const Merge& self, const std::filesystem::path& folder) {

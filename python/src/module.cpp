@@ -36,6 +36,7 @@ PYBIND11_MODULE(_trundle, module) {
   py::options options;
   options.disable_function_signatures();
   module.attr("__version__") = trundle::report::program_version();
+  module.def("_library_s", [] { return library_s; });
   translate_errors(module);
   bind_trajectory(module);
   bind_recording(module);

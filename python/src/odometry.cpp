@@ -18,7 +18,7 @@ OdometryAnswer odometry(const RecordingFile& recording, const RobotFile& robot,
   const Start from = start_of(start);
   const OdometryQuestion question{
       .start = from.pose, .start_text = from.text, .smooth = smooth, .reading = recording.reading};
-  return without_gil([&] { return answer_odometry(recording.recording, robot, question); });
+  return by_library([&] { return answer_odometry(recording.recording, robot, question); });
 }
 
 template <class Number>

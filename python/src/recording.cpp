@@ -22,7 +22,7 @@ RecordingFile from_arrays(const std::string& name, const py::kwargs& streams) {
   for (const auto& [stream, values] : streams)
     if (!values.is_none())
       columns.push_back(stream_of(py::cast<std::string>(stream), py::reinterpret_borrow<py::object>(values)));
-  return {without_gil([&] { return recording_of(name, std::move(columns)); }), {}};
+  return {by_library([&] { return recording_of(name, std::move(columns)); }), {}};
 }
 
 RecordingFile read_file_of(const std::filesystem::path& path, int robot_number,
@@ -32,7 +32,7 @@ RecordingFile read_file_of(const std::filesystem::path& path, int robot_number,
   ReadOptions reading{.robot_number = robot_number, .map = map.string(), .msg_path = {}};
   for (const std::filesystem::path& folder : msg_path) reading.msg_path.push_back(folder.string());
   const std::string again = reading == ReadOptions{} ? path.string() : "";
-  return {without_gil([&] { return read_recording(path, reading); }), reading, again};
+  return {by_library([&] { return read_recording(path, reading); }), reading, again};
 }
 
 std::vector<RecordingFile> read_below(const std::filesystem::path& folder) {
@@ -91,11 +91,9 @@ py::dict landmarks_of(const RecordingFile& self) {
 py::object info_of(const RecordingFile& self, const py::object& robot, bool gyro_noise) {
   InfoQuestion question{.robot = {}, .gyro_noise = gyro_noise, .reading = self.reading};
   if (!robot.is_none()) question.robot = robot_given(robot);
-  return python_of(without_gil([&] {
-    const std::vector<Recording> recordings = {self.recording};
-    check_interruption();
-    return document_of(answer_info(recordings, question));
-  }));
+  std::vector<Recording> recordings;
+  recordings.push_back(copy_of(self));
+  return python_of(by_library([&] { return document_of(answer_info(recordings, question)); }));
 }
 
 void bind_finding(py::module_& module) {
@@ -125,7 +123,7 @@ std::vector<Recording> recordings_of(const char* argument, const py::iterable& r
       continue;
     }
     const auto folder = path_of(argument, run, "recordings, or the paths of folders that hold some");
-    for (Recording& recording : without_gil([&] { return read_recordings({folder.string()}); }))
+    for (Recording& recording : by_library([&] { return read_recordings({folder.string()}); }))
       recordings.push_back(std::move(recording));
   }
   return recordings;

@@ -40,7 +40,7 @@ RobotFile with_parameters(const RobotFile& self, const std::map<std::string, dou
 void bind_robot(py::module_& module) {
   py::class_<RobotFile>(module, "Robot", "A robot file: wheels, gyro and sensors, and their calibration.")
       .def(py::init([](const std::filesystem::path& path) {
-             return without_gil([&] { return read_robot_file(path); });
+             return by_library([&] { return read_robot_file(path); });
            }),
            py::arg("path"))
       .def_static(

@@ -27,7 +27,7 @@ Run run(RunQuestion question, const std::string& filter) {
   if (!method) throw InputError("filter", fmt::format("is '{}'", filter), "the name of a filter");
   question.slam.method = *method;
   require_from("spin_odds", question.spin_odds, 1e-6, 1e6);
-  RunAnswer answer = without_gil([&] { return pipeline::run(question); });
+  RunAnswer answer = by_library([&] { return pipeline::run(question); });
   if (const auto& failure = answer.no_odometry) {
     if (failure->kind == kCannotAnswer) throw CannotAnswer(failure->message);
     throw py::value_error(failure->message);
@@ -87,7 +87,7 @@ void bind_report(py::module_& module) {
   py::class_<Report> bound(module, "Report", "Results drawn as one page of HTML that opens from disk.");
   bound
       .def_property_readonly("html",
-                             [](const Report& self) { return without_gil([&] { return self.html(); }); })
+                             [](const Report& self) { return by_library([&] { return self.html(); }); })
       .def("save", &save_report, py::arg("path"),
            "Writes the page; what it draws, where the name ends in .json.")
       .def("__repr__", [](const Report& self) {
@@ -100,7 +100,7 @@ void bind_report(py::module_& module) {
       [](std::vector<std::string> results, std::string reference, std::string robot) {
         if (results.empty()) throw InputError("results", "name no folder", "folders or files of results");
         const ReportQuestion question{std::move(results), std::move(reference), std::move(robot)};
-        return without_gil([&] { return Report{answer_report(question)}; });
+        return by_library([&] { return Report{answer_report(question)}; });
       },
       py::arg("results"), py::kw_only(), py::arg("reference"), py::arg("robot"));
 }
@@ -139,7 +139,7 @@ void bind_run(py::module_& module) {
   module.def(
       "simulate",
       [](const std::string& scenario, const std::string& folder, std::optional<std::uint64_t> seed) {
-        return python_of(without_gil([&] {
+        return python_of(by_library([&] {
           const Plan plan = read_plan(scenario, seed);
           write_simulation(plan, folder);
           return document_of(plan, folder);

@@ -52,7 +52,7 @@ using RobotFiles = std::vector<const RobotFile*>;
 
 /// Of one robot, which is the first.
 SlamAnswer slam(const RecordingFiles& recordings, const RobotFiles& robots, const SlamQuestion& question) {
-  return without_gil([&] { return answer_slam(recordings.front()->recording, *robots.front(), question); });
+  return by_library([&] { return answer_slam(recordings.front()->recording, *robots.front(), question); });
 }
 
 TogetherAnswer slam_together(const RecordingFiles& recordings, const RobotFiles& robots,
@@ -63,12 +63,12 @@ TogetherAnswer slam_together(const RecordingFiles& recordings, const RobotFiles&
     throw InputError("robot",
                      fmt::format("is given {} times for {} recordings", robots.size(), recordings.size()),
                      "one for all, or one for each");
-  return without_gil([&] {
-    std::vector<TeamRobot> team;
+  std::vector<TeamRobot> team;
+  without_gil([&] {
     for (std::size_t i = 0; i < recordings.size(); ++i)
       team.push_back({recordings[i]->recording, *robots[robots.size() == 1 ? 0 : i]});
-    return answer_together(std::move(team), question);
   });
+  return by_library([&] { return answer_together(std::move(team), question); });
 }
 
 template <class Answer>

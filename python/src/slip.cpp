@@ -30,11 +30,10 @@ Slip slip(const RecordingFile& recording, const RobotFile& robot, SlipQuestion q
   require_from("interval_s", question.interval_s, 0.0, 60.0);
   require_from("spin_odds", question.spin_odds, 1e-6, 1e6);
   question.reading = recording.reading;
-  return without_gil([&] {
-    Slip result{answer_slip(recording.recording, robot, question), robot.robot, {}};
-    result.corrected = corrected_odometry(recording.recording, result.answer, robot.robot);
-    return result;
-  });
+  SlipAnswer answer = by_library([&] { return answer_slip(recording.recording, robot, question); });
+  IntegratedOdometry corrected =
+      by_library([&] { return corrected_odometry(recording.recording, answer, robot.robot); });
+  return {std::move(answer), robot.robot, std::move(corrected)};
 }
 
 void save_slip(const Slip& self, const std::filesystem::path& path, const std::filesystem::path& corrected) {

@@ -136,8 +136,9 @@ class Smoother {
 };
 
 std::vector<Step> steps_of(const RecordingFile& recording, const RobotFile& robot, bool unknown_ids) {
+  const SlamInput input =
+      by_library([&] { return slam_input(recording.recording, robot.robot, {.hide_ids = unknown_ids}); });
   return without_gil([&] {
-    const SlamInput input = slam_input(recording.recording, robot.robot, {.hide_ids = unknown_ids});
     std::vector<Step> steps;
     for (const SlamStep& step : input.steps) {
       check_interruption();

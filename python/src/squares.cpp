@@ -19,7 +19,7 @@ CalibrationAnswer umbmark(std::vector<std::string> inputs, const RobotFile& robo
   const auto known = square_method_named(method);
   if (!known) throw InputError("method", fmt::format("is '{}'", method), "'classic', 'orientation' or 'ml'");
   const UmbmarkQuestion question{.inputs = std::move(inputs), .side_m = side_m, .method = *known};
-  return without_gil([&] { return answer_umbmark(question, robot); });
+  return by_library([&] { return answer_umbmark(question, robot); });
 }
 
 /// Where a run ended: x ahead and y to the left of its start [m].
@@ -111,7 +111,7 @@ void bind_install_angle(py::module_& module) {
         const InstallAngleArguments arguments{
             std::move(recordings), std::move(robot),           side_m, std::move(ends), sigma_m,
             sigma_heading_deg,     start_heading == "each-run"};
-        return without_gil([&] { return answer_install_angle(arguments); });
+        return by_library([&] { return answer_install_angle(arguments); });
       },
       py::kw_only(), py::arg("recordings"), py::arg("robot"), py::arg("side_m"), py::arg("ends"),
       py::arg("sigma_m"), py::arg("sigma_heading_deg"), py::arg("start_heading"));

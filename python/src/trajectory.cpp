@@ -31,7 +31,7 @@ void bind_trajectory(py::module_& module) {
       "covariances of (x, y, heading) in world axes. The arrays show the memory of the result.");
   trajectory
       .def(py::init([](const std::filesystem::path& path) {
-             return without_gil([&] { return read_trajectory_file(path).trajectory; });
+             return by_library([&] { return read_trajectory_file(path).trajectory; });
            }),
            py::arg("path"), "Reads trajectory.csv, a .tum, or the reference of a recording.")
       .def("__len__", [](const Trajectory& self) { return self.poses.size(); })
