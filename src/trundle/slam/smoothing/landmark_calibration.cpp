@@ -18,6 +18,7 @@
 #include "trundle/slam/models/sensor_clock.hpp"
 #include "trundle/slam/smoothing/calibration/landmark_noise.hpp"
 #include "trundle/slam/smoothing/calibration/range_scale.hpp"
+#include "trundle/slam/smoothing/calibration/reference_positions.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"
 
 namespace trundle::slam {
@@ -33,8 +34,6 @@ constexpr int kMostNoiseRounds = 10;
 constexpr double kSameNoise = 0.1;  // sigmas
 // Sightings or odometry scatter by so much more, or less, than their sigmas that a person should know.
 constexpr double kScattersMore = 1.5;
-// As do errors of which means are as much more uncertain.
-constexpr double kLastsLonger = 1.2;
 
 // Where the sensor's clock is sought, sightings so close to either end of the odometry are left out [s]: they
 // could leave it on the way. Twice the prior's sigma.
@@ -239,13 +238,8 @@ std::string words_of_metre(const AssociatedFit& found, const std::optional<Given
   for (const AssociatedRecording& one : found.all) sightings += one.recording.sightings.size();
   if (std::ranges::any_of(found.all, &AssociatedRecording::in_reference))
     return fmt::format(
-        "from {} sightings, and positions of the reference that err by {:.2g} m{}: lengths are the "
-        "reference's",
-        sightings, found.fit.positions.sigma_m,
-        found.fit.positions.persistence > kLastsLonger
-            ? fmt::format(" (alike for seconds: a mean of many is {:.1f} times as uncertain)",
-                          found.fit.positions.persistence)
-            : "");
+        "from {} sightings, and positions of the reference that err by {:.2g} m: lengths are the reference's",
+        sightings, found.fit.free.position_sigma_m);
   const std::string counted =
       range_scale ? fmt::format("; ± allows for {:.2g} % of that (--fix sensor.range_scale: it is right)",
                                 100.0 * std::sqrt(range_scale->covariance(0, 0)))

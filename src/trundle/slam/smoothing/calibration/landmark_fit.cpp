@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "trundle/calibration/likelihood/information.hpp"
 #include "trundle/calibration/solve/own_axes.hpp"
@@ -10,6 +11,7 @@
 #include "trundle/io/error.hpp"
 #include "trundle/odometry/odometer.hpp"
 #include "trundle/slam/smoothing/calibration/noise_information.hpp"
+#include "trundle/slam/smoothing/calibration/reference_positions.hpp"
 #include "trundle/slam/smoothing/smoother_start.hpp"
 
 namespace trundle::slam {
@@ -46,7 +48,7 @@ struct RoughFit {
   Eigen::MatrixXd held_covariance;  ///< of all parameters, in their own units
   OwnBiases own;
   std::vector<BiasWalk> walks;
-  PositionNoise positions;
+  double position_sigma_m = 0.0;
 };
 
 void require_determined(bool determined) {
@@ -115,7 +117,7 @@ RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nomina
                          .information = Eigen::VectorXd::Ones(scale.size()),
                          .own = own,
                          .walks = walks,
-                         .position_sigma_m = rough_position_noise(all, nominal).sigma_m};
+                         .position_sigma_m = rough_position_sigma(all, nominal)};
   JointProblem start = joint_problem(all, nominal, free, true);
   if (start.problem.sightings.empty())
     throw CannotAnswer("no sighting shows a known landmark: nothing to calibrate with");
@@ -137,7 +139,7 @@ RoughFit rough_fit(std::span<const AssociatedRecording> all, const Robot& nomina
   Eigen::MatrixXd held = held_covariance(observed, space, parameters, nominal);
   return {found.minimum.state, std::move(space),
           std::move(held),     std::move(own),
-          std::move(walks),    position_noise(start.problem, found.minimum.state, minimiser)};
+          std::move(walks),    position_sigma(start.problem, found.minimum.state, minimiser)};
 }
 
 RunEvidence evidence_of(const JointProblem& joint, std::size_t index, const SmoothingState& state) {
@@ -183,14 +185,13 @@ LandmarkSearch search_from(std::span<const AssociatedRecording> all, const Robot
   estimate.covariance = Eigen::MatrixXd::Zero(n, n);
   const EstimableSpace& space = estimate.space;
   const Eigen::Index determined = space.basis.cols();
-  search.fit.positions = rough.positions;
   search.fit.free = {.nominal = nominal.chassis,
                      .parameters = {parameters.begin(), parameters.end()},
                      .columns = space.scale.asDiagonal() * space.basis,
                      .information = Eigen::VectorXd::Zero(determined),
                      .own = std::move(rough.own),
                      .walks = std::move(rough.walks),
-                     .position_sigma_m = rough.positions.sigma_among_many_m()};
+                     .position_sigma_m = rough.position_sigma_m};
   move(parameters, search.fit.free.columns * (space.basis.transpose() * search.fit.state.parameters.head(n)),
        estimate.robot);
   return search;
@@ -262,9 +263,8 @@ bool settle_spread(const Eigen::MatrixXd& covariance, LandmarkSearch& search) {
 /// Finds what positions by the reference err by. Returns whether that stays.
 bool settle_positions(const SmoothingProblem& problem, const Minimiser& minimiser, LandmarkSearch& search) {
   if (problem.positions.empty()) return true;
-  search.fit.positions = position_noise(problem, search.fit.state, minimiser);
-  const double before = search.fit.free.position_sigma_m;
-  const double found = search.fit.free.position_sigma_m = search.fit.positions.sigma_among_many_m();
+  const double found = position_sigma(problem, search.fit.state, minimiser);
+  const double before = std::exchange(search.fit.free.position_sigma_m, found);
   return std::abs(found - before) <= kSameSpread * found;
 }
 

@@ -4,7 +4,6 @@
 
 #include "trundle/calibration/solve/estimator.hpp"
 #include "trundle/slam/smoothing/calibration/landmark_problem.hpp"
-#include "trundle/slam/smoothing/calibration/reference_positions.hpp"
 #include "trundle/slam/smoothing/sensor_score.hpp"
 
 namespace trundle::slam {
@@ -12,11 +11,10 @@ namespace trundle::slam {
 /// What was found, and how well noise as the robot file has it explains what is left.
 struct LandmarkFit {
   Estimate estimate;
-  double scatter = 1.0;     ///< cost for each degree of freedom
-  FreeColumns free;         ///< what could be determined
-  SmoothingState state;     ///< with those parameters about the estimate's
-  PositionNoise positions;  ///< of the reference, where its positions count
-  SensorScores sensor;  ///< what ranges and bearings err by in common beyond them; zero where not converged
+  double scatter = 1.0;  ///< cost for each degree of freedom
+  FreeColumns free;      ///< what could be determined
+  SmoothingState state;  ///< with those parameters about the estimate's
+  SensorScores sensor;   ///< what ranges and bearings err by in common beyond them; zero where not converged
 };
 
 /// Poses, landmarks and a robot's parameters from all recordings, each with a map of its own: Gauss–Newton

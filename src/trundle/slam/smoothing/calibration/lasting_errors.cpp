@@ -66,7 +66,8 @@ double LastingError::of_means() const {
 
 std::vector<LastingError> lasting_errors(const JointProblem& joint, const SmoothingState& state) {
   const std::vector<double> stamps = stamps_of(joint);
-  Autocorrelation ranges("ranges"), bearings("bearings"), travel("travel"), turns("turns");
+  Autocorrelation ranges("ranges"), bearings("bearings"), travel("travel"), turns("turns"),
+      positions("positions of the reference");
   std::vector<SightingError> last(state.landmarks.size());
   for (const SightingLink& link : joint.problem.sightings) {
     const auto pose = nth(link.pose);
@@ -96,8 +97,15 @@ std::vector<LastingError> lasting_errors(const JointProblem& joint, const Smooth
     moved = error;
     begins = false;
   }
+  for (std::size_t i = 1; i < joint.problem.positions.size(); ++i) {
+    const PositionLink &before = joint.problem.positions[i - 1], &now = joint.problem.positions[i];
+    const double spacing_s = stamps[nth(now.pose)] - stamps[nth(before.pose)];
+    const Vector2 was = position_residual(before, state).error, is = position_residual(now, state).error;
+    for (const int axis : {0, 1}) positions.add(was[axis], is[axis], spacing_s);
+  }
   std::vector<LastingError> errors;
-  for (Autocorrelation* errors_of_one : {&ranges, &bearings, &travel, &turns}) errors_of_one->report(errors);
+  for (Autocorrelation* errors_of_one : {&ranges, &bearings, &travel, &turns, &positions})
+    errors_of_one->report(errors);
   return errors;
 }
 

@@ -9,7 +9,7 @@ namespace trundle::slam {
 
 /// Errors of neighbouring readings that are alike.
 struct LastingError {
-  std::string of;            ///< "ranges", "bearings", "travel" or "turns"
+  std::string of;            ///< "ranges", "bearings", "travel", "turns" or "positions of the reference"
   double correlation = 0.0;  ///< of one and the next
   double spacing_s = 0.0;    ///< between them, median
 

@@ -16,10 +16,6 @@ constexpr double kMostPositions = 400.0;
 // No reference sees a point of the body better than that [m]: bodies wobble, stamps jitter. Where motions are
 // much noisier than positions, nothing shows by how little these err.
 constexpr double kLeastPositionSigma_m = 1e-3;
-// In sigmas: an outlier tells nothing of its neighbours.
-constexpr double kMostPositionError = 3.0;
-// Errors that last longer than the recording would pass for none.
-constexpr double kMostPersistence = 10.0;
 
 /// The point that the reference sees; nothing where it does not.
 std::optional<Vector2> position_at(const Run& run, const Robot& robot, double time_s) {
@@ -38,19 +34,13 @@ std::vector<PointPair> pairs_of(const Run& run, const Trajectory& path, const Ro
   return pairs;
 }
 
-/// Of a mean of many errors of which neighbours correlate so.
-double persistence_of(double correlation) {
-  const double rho = std::clamp(correlation, 0.0, 1.0);
-  return std::min(std::sqrt((1.0 + rho) / (1.0 - rho)), kMostPersistence);
-}
-
 }  // namespace
 
 std::optional<Pose2> start_by_reference(const Run& run, const Trajectory& path, const Robot& robot) {
   return rigid_motion(pairs_of(run, path, robot));
 }
 
-PositionNoise rough_position_noise(std::span<const AssociatedRecording> all, const Robot& robot) {
+double rough_position_sigma(std::span<const AssociatedRecording> all, const Robot& robot) {
   double sum = 0.0, count = 0.0;
   for (const AssociatedRecording& one : all) {
     if (!one.in_reference) continue;
@@ -59,8 +49,7 @@ PositionNoise rough_position_noise(std::span<const AssociatedRecording> all, con
       count += 1.0;
     }
   }
-  if (count == 0.0) return {};
-  return {std::max(std::sqrt(sum / count), kLeastPositionSigma_m)};
+  return std::max(std::sqrt(sum / std::max(count, 1.0)), kLeastPositionSigma_m);
 }
 
 void add_positions(const Run& run, const Track& track, const Robot& robot, double sigma_m,
@@ -83,24 +72,17 @@ void add_positions(const Run& run, const Track& track, const Robot& robot, doubl
 }
 
 // Förstner's estimator: what is left, over what the unknowns leave of each.
-PositionNoise position_noise(const SmoothingProblem& problem, const SmoothingState& state,
-                             const Minimiser& linearised) {
-  double squares = 0.0, left = 0.0, lagged = 0.0, own = 0.0;
-  Vector2 before = Vector2::Zero();
+double position_sigma(const SmoothingProblem& problem, const SmoothingState& state,
+                      const Minimiser& linearised) {
+  double squares = 0.0, left = 0.0;
   for (const PositionLink& link : problem.positions) {
     const PositionResidual r = position_residual(link, state);
     const double weight = robust_weight(r.error.squaredNorm(), problem.gate);
     const Matrix3 P = linearised.pose_covariance(link.pose).topLeftCorner<3, 3>();
     squares += weight * r.error.squaredNorm() * squared(link.sigma_m);
     left += 2.0 - weight * (r.by_pose * P * r.by_pose.transpose()).trace();
-    const Vector2 error = r.error.cwiseMax(-kMostPositionError).cwiseMin(kMostPositionError);
-    lagged += before.dot(error);
-    own += error.squaredNorm();
-    before = error;
   }
-  const double variance = squares / std::max(left, 1.0);
-  return {std::max(std::sqrt(variance), kLeastPositionSigma_m),
-          persistence_of(lagged / std::max(own, 1e-12))};
+  return std::max(std::sqrt(squares / std::max(left, 1.0)), kLeastPositionSigma_m);
 }
 
 }  // namespace trundle::slam
