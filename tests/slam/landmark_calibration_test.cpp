@@ -9,6 +9,8 @@
 #include "trundle/io/error.hpp"
 #include "trundle/odometry/integrate.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"
+#include "trundle/slam/smoothing/solver/smoothing_problem.hpp"
+#include "trundle/statistics/distribution.hpp"
 
 #include "calibration/gyro_bias_oracle.hpp"
 #include "calibration/simulated_runs.hpp"
@@ -472,6 +474,44 @@ TEST(LandmarkCalibration, FindsAScaleOfRangesByThePositionsOfAReference) {
   }
   honesty.expect_honest();
   EXPECT_NEAR(squares / (3.0 * seeds), 1.0, 4.0 * std::sqrt(2.0 / (3.0 * seeds)));
+}
+
+// What a position leaves depends on the pose as small moves of it say.
+TEST(LandmarkCalibration, DerivativesOfPositionsAreThoseOfSmallMoves) {
+  const PositionLink link{.position = {3.0, -1.0}, .on_body = {0.3, -0.2}, .sigma_m = 0.05};
+  Random random(5, 2);
+  for (int trial = 0; trial < 50; ++trial) {
+    const Pose2 pose{random.uniform(-5.0, 5.0), random.uniform(-5.0, 5.0), random.uniform(-9.0, 9.0)};
+    const PositionResidual r = position_residual(link, {{pose}, {}, {}});
+    for (int i = 0; i < 3; ++i) {
+      const auto error = [&](double by) {
+        return position_residual(link, {{moved_by(by * Vector3::Unit(i), pose)}, {}, {}}).error;
+      };
+      EXPECT_LT(((error(1e-6) - error(-1e-6)) / 2e-6 - r.by_pose.col(i)).norm(), 1e-4 * r.by_pose.norm());
+    }
+  }
+}
+
+TEST(LandmarkCalibration, PositionsThatAreMissingOrWrongDoNotMislead) {
+  TRUNDLE_NOT_UNDER_SANITIZERS();
+  const Scenario scenario = referenced_scenario(3);
+  Recording recording = recorded(scenario);
+  const CalibrateOptions options{.free = {"sensor.range_offset", "sensor.bearing_offset"},
+                                 .with_reference = true};
+  const std::vector<Parameter> wanted = {kRangeScale, kRangeOffset, kBearingOffset};
+  ReferenceStream& reference = recording.reference;
+  const std::size_t n = reference.time_s.size();
+  for (std::size_t i = n / 2; i < n / 2 + n / 20; ++i) reference.x_m[i] += 2.0;  // it saw something else
+  for (std::size_t i = n / 4; i < n / 3; ++i) reference.x_m[i] = reference.y_m[i] = recording::kNotMeasured;
+  const CalibrationResult result = calibrate_from_landmarks({&recording, 1}, {}, scenario.nominal, options);
+  EXPECT_LT(squared_sigmas(wanted, result, scenario.truth), chi_squared_limit(1e-4, 3.0));
+  // Beside one that has no reference, whose map is its own.
+  const Recording without = recorded(scenario_of(scenario.truth, tour(20.0, 4), 4));
+  const std::vector<Recording> both = {recording, without};
+  EXPECT_LT(
+      squared_sigmas(wanted, calibrate_from_landmarks(both, {}, scenario.nominal, options), scenario.truth),
+      chi_squared_limit(1e-4, 3.0));
+  EXPECT_THROW(calibrate_from_landmarks({&without, 1}, {}, scenario.nominal, options), CannotAnswer);
 }
 
 /// A robot whose motion somebody else computed, among landmarks.
