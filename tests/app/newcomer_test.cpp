@@ -200,6 +200,7 @@ const Mistake kMistakes[] = {
     {"offset_in_the_recording",
      [](Files& f) { replace(f.recording, "\"ms\"\n", "\"ms\"\ntime_offset_s = 0.04\n"); }, 0,
      "under [gyro] in mine/recording.toml"},
+    {"bias_in_degrees", [](Files& f) { f.robot += "bias_rad_s = 0.5\n"; }, 0, "write bias_rad_s = "},
     {"offset_in_the_robot", [](Files& f) { f.robot += "time_offset_s = 0.04\n"; }, 0,
      "under [gyro] in mine.toml"},
     {"gears_forgotten", [](Files& f) { replace_all(f.robot, "1000", "100"); }, 0,
