@@ -211,7 +211,8 @@ int main() {
   const Log log = wander(kRows);
   const Robot robot = differential();
   const WheelSize size{.diameter_m = 0.0704, .ticks_per_revolution = 2578.33};
-  const Robot on_three = steered(tricycle(size, 0.5)), on_four = steered(swerve(size, 0.4, 0.5));
+  const Robot on_three = steered(tricycle(size, 0.5)), on_four = steered(swerve(size, 0.4, 0.5)),
+              car = steered(ackermann(size, 0.4, 0.5));
   Poses plain;
   Poses ours;
   Poses stepped;
@@ -227,6 +228,7 @@ int main() {
       {"Odometer::step, the same at rest", [&] { steps_at_rest(robot, stepped); }},
       {"dead_reckon, tricycle", [&] { bulk_steered(on_three, log, ours); }},
       {"Odometer::step, tricycle, pose alone", [&] { steps_steered(on_three, log, stepped); }},
+      {"dead_reckon, car", [&] { bulk_steered(car, log, ours); }},
       {"dead_reckon, swerve", [&] { bulk_steered(on_four, log, ours); }},
   };
   for (Variant& variant : variants) variant.work();  // touch all memory once
