@@ -22,10 +22,14 @@ std::vector<Robot> every_robot() {
   tricycle.add({.x_m = 0.3, .direction_rad = 0.1, .kind = WheelKind::skid, .diameter_m = 0.1});
   Chassis off_centre = differential_drive(kSize, 0.4);
   for (Wheel& wheel : off_centre.wheels()) wheel.y_m += 0.05;
+  Chassis growing = skid_steer(kSize, 0.6, 0.5);
+  growing.scrub = 0.1;
+  growing.tyre_growth_s2_m2 = 0.03;
   for (const Chassis& chassis :
-       {test::with_gyro(differential_drive(kSize, 0.4)), test::with_gyro(skid_steer(kSize, 0.6, 0.5)),
-        omni3(kSize, 0.2), mecanum(kSize, 0.3, 0.4), test::three_pods(), test::odd_chassis(), tricycle,
-        off_centre, test::joined(differential_drive(kSize, 0.4), test::three_pods()), test::velocity_robot(),
+       {growing, test::with_gyro(differential_drive(kSize, 0.4)),
+        test::with_gyro(skid_steer(kSize, 0.6, 0.5)), omni3(kSize, 0.2), mecanum(kSize, 0.3, 0.4),
+        test::three_pods(), test::odd_chassis(), tricycle, off_centre,
+        test::joined(differential_drive(kSize, 0.4), test::three_pods()), test::velocity_robot(),
         chassis::tricycle(kSize, 1.0, test::kSteering), ackermann(kSize, 0.4, 0.6, 0.3, test::kSteering),
         swerve(kSize, 0.4, 0.5, test::kSteering), test::odd_steered_chassis()})
     robots.push_back(robot_of(chassis));
@@ -51,9 +55,9 @@ auto central_difference(const Parameter& parameter, const Robot& robot, F f) {
 TEST(Parameter, a_differential_drive_has_these) {
   Robot robot = robot_of(differential_drive(kSize, 0.4));
   robot.wheel_names = {"left", "right"};
-  EXPECT_THAT(names_of(robot),
-              ElementsAre("left.diameter", "left.lever", "right.diameter", "right.lever", "track",
-                          "reference.x", "reference.y", "reference.heading", "reference.time_offset"));
+  EXPECT_THAT(names_of(robot), ElementsAre("left.diameter", "left.lever", "right.diameter", "right.lever",
+                                           "track", "tyre_growth", "reference.x", "reference.y",
+                                           "reference.heading", "reference.time_offset"));
 }
 
 TEST(Parameter, a_tricycle_has_these) {
@@ -61,7 +65,7 @@ TEST(Parameter, a_tricycle_has_these) {
   robot.wheel_names = {"front"};
   robot.passive_names = {"rear"};
   EXPECT_THAT(names_of(robot), ElementsAre("front.diameter", "front.steering_zero", "front.steering_scale",
-                                           "front.x", "front.y", "reference.x", "reference.y",
+                                           "front.x", "front.y", "tyre_growth", "reference.x", "reference.y",
                                            "reference.heading", "reference.time_offset"));
 }
 
@@ -78,8 +82,8 @@ TEST(Parameter, a_passive_wheel_that_is_steered_has_its_steering_and_its_place) 
 TEST(Parameter, an_omni_robot_has_directions_and_no_track) {
   EXPECT_THAT(names_of(robot_of(omni3(kSize, 0.2))),
               ElementsAre("w0.diameter", "w0.direction", "w0.lever", "w1.diameter", "w1.direction",
-                          "w1.lever", "w2.diameter", "w2.direction", "w2.lever", "reference.x", "reference.y",
-                          "reference.heading", "reference.time_offset"));
+                          "w1.lever", "w2.diameter", "w2.direction", "w2.lever", "tyre_growth", "reference.x",
+                          "reference.y", "reference.heading", "reference.time_offset"));
 }
 
 TEST(Parameter, skid_wheels_have_a_centre_of_rotation_and_a_gyro_scale_and_bias) {
@@ -127,6 +131,7 @@ TEST(Parameter, has_units_by_its_kind) {
   EXPECT_EQ(unit_of({ParameterKind::velocity_yaw_per_forward}), "rad/m");
   EXPECT_EQ(unit_of({ParameterKind::velocity_yaw_bias}), "rad/s");
   EXPECT_EQ(unit_of({ParameterKind::time_offset}), "s");
+  EXPECT_EQ(unit_of({ParameterKind::tyre_growth}), "s^2/m^2");
   EXPECT_EQ(unit_of({ParameterKind::steering_zero, 0}), "rad");
   EXPECT_EQ(unit_of({ParameterKind::steering_scale, 0}), "1");
   EXPECT_EQ(unit_of({ParameterKind::place_x, 0}), "m");

@@ -187,6 +187,7 @@ const Malformed kFiles[] = {
     {"bits_fractional", wheel("tick_bits = 15.5\n"), 4, "tick_bits is 15.5", "a whole number between 0 and 64"},
     {"recorded_diameter_negative", wheel("recorded_diameter_m = -1.0\n"), 4, "recorded_diameter_m is -1", "metres above 0"},
     {"icr_is_text", "icr_x_m = \"0\"\n", 1, "icr_x_m is \"0\"", "metres between"},
+    {"tyres_that_explode", "tyre_growth_s2_m2 = 1.5\n", 1, "tyre_growth_s2_m2 is 1.5", "from -1 to 1"},
     {"wheel_name_of_two_lines", "[[wheel]]\nname = \"a\\nb\"\ndiameter_m = 0.07\n", 2, "name is \"a\\x0Ab\"", "letters"},
     // sensors and noise
     {"offset_infinite", section("wheels", "time_offset_s = inf\n"), 2, "time_offset_s is inf", "a finite number"},

@@ -78,6 +78,7 @@ Robot any_robot() {
   robot.name = *rc::gen::element<std::string>("", "kobuki", "a \"quoted\" \\ name\n\u00fc\x7f");
   randomise(kChassis, robot.chassis);
   robot.chassis.scrub = *uniform(-0.8, 0.8);
+  robot.chassis.tyre_growth_s2_m2 = *uniform(-1.0, 1.0);
   randomise(kAllWheels, robot.chassis);
   randomise(kNoise, robot.chassis.noise);
   randomise(kReferenceSensor, robot);

@@ -7,6 +7,7 @@
 #include "trundle/chassis/robot.hpp"
 #include "trundle/chassis/rows.hpp"
 #include "trundle/chassis/scrub.hpp"
+#include "trundle/chassis/tyre_growth.hpp"
 
 namespace trundle::test {
 using namespace chassis;
@@ -103,6 +104,9 @@ inline Increment increment_of(const Chassis& chassis, const Twist2& motion, doub
     increment.turned = with_scrub(chassis, increment.turned);
     gauge.add(state, increment);
   }
+  if (chassis.tyre_growth_s2_m2 != 0.0) increment.turned = with_growth(chassis, increment.turned, duration_s);
+  SpeedState speed;
+  SpeedGauge(chassis).add(speed, increment);
   if (chassis.wheel_count == 0) {
     const ForwardAndTurn read = read_as(chassis.velocity, {motion.dx, motion.dtheta}, duration_s);
     increment.turned = {read.forward_m, read.turn_rad};

@@ -69,7 +69,9 @@ TEST(DeadReckon, GivesTheBitsOfTheStepOnEveryInstructionSet) {
        {differential_drive(test::kSize, 0.5), omni3(test::kSize, 0.2), test::two_pods(), test::scrubbing(),
         mecanum(test::kSize, 0.4, 0.5), Chassis{}, velocity_without_gyro(), test::velocity_robot(),
         tricycle(test::kSize, 0.6), ackermann(test::kSize, 0.4, 0.6, 0.3), swerve(test::kSize, 0.4, 0.5),
-        test::odd_steered_chassis(), test::with_gyro(tricycle(test::kSize, 0.6))}) {
+        test::odd_steered_chassis(), test::with_gyro(tricycle(test::kSize, 0.6)),
+        test::growing(differential_drive(test::kSize, 0.5)), test::growing(test::scrubbing()),
+        test::growing(ackermann(test::kSize, 0.4, 0.6, 0.3))}) {
     const Robot robot = test::robot_of(chassis);
     for (const int rows : {1, 7, 256, 257, 1000})
       expect_same_bits(robot, test::wandering(robot, rows), {0.3, -0.1, 2.0});

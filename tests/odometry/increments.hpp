@@ -7,6 +7,7 @@
 
 #include "trundle/chassis/robot.hpp"
 #include "trundle/chassis/scrub.hpp"
+#include "trundle/chassis/tyre_growth.hpp"
 #include "trundle/odometry/odometer.hpp"
 #include "trundle/recording/alignment/align.hpp"
 
@@ -26,6 +27,8 @@ inline std::vector<Increment> wandering(const Robot& robot, int count, double re
   double turn = 0.0;
   const ScrubGauge gauge(robot.chassis);
   ScrubState scrub;
+  const SpeedGauge speed_gauge(robot.chassis);
+  SpeedState speed;
   for (int i = 0; i < count; ++i) {
     Increment increment{.time_s = 0.05 * (i + 1), .duration_s = 0.05};
     turn = 0.9 * turn + 0.05 * noise(random);
@@ -36,6 +39,7 @@ inline std::vector<Increment> wandering(const Robot& robot, int count, double re
     increment.gyro_change_rad_s = 0.2 * std::sin(0.7 * i);
     increment.has_gyro = robot.chassis.gyro.has_value();
     if (gauge.applies()) gauge.add(scrub, increment);
+    if (depends_on_speed(robot)) speed_gauge.add(speed, increment);
     increments.push_back(increment);
   }
   return increments;
@@ -45,6 +49,12 @@ inline std::vector<Increment> wandering(const Robot& robot, int count, double re
 inline Chassis scrubbing() {
   Chassis chassis = skid_steer(kSize, 0.7, 0.4);
   chassis.scrub = 0.15;
+  return chassis;
+}
+
+/// Any chassis on tyres that grow: by 1 % at the 0.2 m/s of wandering().
+inline Chassis growing(Chassis chassis) {
+  chassis.tyre_growth_s2_m2 = 0.3;
   return chassis;
 }
 

@@ -65,6 +65,8 @@ TEST(Odometer, AnyChassisAsTheDefinitionSays) {
                              test::two_pods(),
                              test::three_pods(),
                              test::odd_chassis(),
+                             test::growing(differential_drive(test::kSize, 0.5)),
+                             test::growing(test::with_gyro(test::scrubbing())),
                              Chassis{}};
   for (const Chassis& each : chassis) {
     const Robot robot = test::robot_of(each);

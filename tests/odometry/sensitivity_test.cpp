@@ -61,6 +61,11 @@ TEST(Sensitivity, SkidSteerThatScrubs) {
   expect_sensitivities(test::scrubbing());
   expect_sensitivities(test::with_gyro(test::scrubbing()));
 }
+TEST(Sensitivity, TyresThatGrow) {
+  expect_sensitivities(test::growing(differential_drive(test::kSize, 0.5)));
+  expect_sensitivities(test::growing(test::scrubbing()));
+  expect_sensitivities(test::growing(test::odd_chassis()));
+}
 TEST(Sensitivity, Omni3) {
   expect_sensitivities(omni3(test::kSize, 0.2));
 }

@@ -125,8 +125,16 @@ RobotFile scrubbing(RobotFile file) {
   return file;
 }
 
-TEST(Live, GivesThemOfWheelsThatScrub) {
-  expect_live_is_offline(read_recording(kDemo / "slip"), scrubbing(read_robot_file(kDemo / "robot.toml")));
+/// The robot on tyres that grow.
+RobotFile growing(RobotFile file) {
+  file.robot.chassis.tyre_growth_s2_m2 = 0.5;
+  return file;
+}
+
+TEST(Live, GivesThemOfWheelsThatScrubOrGrow) {
+  const RobotFile robot = read_robot_file(kDemo / "robot.toml");
+  expect_live_is_offline(read_recording(kDemo / "slip"), scrubbing(robot));
+  expect_live_is_offline(read_recording(kDemo / "slip"), growing(robot));
 }
 
 SlamAnswer offline_slam(const Recording& recording, const RobotFile& robot, bool unknown_ids = false) {
@@ -368,6 +376,7 @@ TEST(Live, GoesOnFromItsStateAtAnyLine) {
   const RobotFile robot = read_robot_file(kDemo / "robot.toml");
   expect_goes_on_from_its_state(robot);
   expect_goes_on_from_its_state(scrubbing(robot));
+  expect_goes_on_from_its_state(growing(robot));
 }
 
 TEST(Live, WhatDoesNotSuitTheRobotIsLeftOut) {

@@ -8,6 +8,7 @@
 
 #include "trundle/chassis/rows.hpp"
 #include "trundle/chassis/scrub.hpp"
+#include "trundle/chassis/tyre_growth.hpp"
 #include "trundle/io/error.hpp"
 
 #include "robots.hpp"
@@ -53,8 +54,10 @@ Pose2 dead_reckoned(const Drive& drive, const Chassis& chassis) {
   Pose2 pose = drive.moments.front().body;
   for (std::size_t i = 1; i < drive.moments.size(); ++i) {
     Increment increment = increment_between(drive.moments[i - 1], drive.moments[i]);
-    ScrubState afresh;  // the simulation knows how sharp each turn is
+    ScrubState afresh;  // the simulation knows how sharp each turn is, and how fast
     if (gauge.applies()) gauge.add(afresh, increment);
+    SpeedState speed_afresh;
+    SpeedGauge(chassis).add(speed_afresh, increment);
     pose = pose * exp(estimate_twist(rows, readings_of(chassis, rows, increment)).twist);
   }
   return pose;
@@ -78,6 +81,11 @@ Chassis with_icr(Chassis chassis, double icr_x_m) {
 
 Chassis with_scrub_of(double scrub, Chassis chassis) {
   chassis.scrub = scrub;
+  return chassis;
+}
+
+Chassis with_growth_of(double tyre_growth_s2_m2, Chassis chassis) {
+  chassis.tyre_growth_s2_m2 = tyre_growth_s2_m2;
   return chassis;
 }
 
@@ -128,7 +136,10 @@ INSTANTIATE_TEST_SUITE_P(
                     NamedChassis{"skid_steer_scrub", with_scrub_of(0.15, skid_steer(kSize, 0.6, 0.4)), false},
                     NamedChassis{"omni3", omni3(kSize, 0.2), true},
                     NamedChassis{"mecanum", mecanum(kSize, 0.4, 0.3), true},
-                    NamedChassis{"pods", pods(), true}),
+                    NamedChassis{"pods", pods(), true},
+                    NamedChassis{"differential_growing", with_growth_of(0.5, differential_drive(kSize, 0.3)),
+                                 false},
+                    NamedChassis{"mecanum_shrinking", with_growth_of(-0.5, mecanum(kSize, 0.4, 0.3)), true}),
     [](const auto& test) { return std::string(test.param.name); });
 
 TEST(Drive, AVelocityIsReadSoThatItsCorrectionEndsAtTheTruth) {

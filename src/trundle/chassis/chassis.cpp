@@ -49,6 +49,11 @@ double metres_per_tick(const Wheel& wheel) {
   return kPi * wheel.diameter_m / std::abs(wheel.ticks_per_revolution);
 }
 
+double revolutions_of(const Wheel& wheel, double way_m, double ticks) {
+  const double per_revolution = std::abs(wheel.ticks_per_revolution);
+  return way_m / (kPi * wheel.diameter_m) + (per_revolution > 0.0 ? ticks / per_revolution : 0.0);
+}
+
 double rolling_direction(const Wheel& wheel) {
   if (!wheel.steering) return wheel.direction_rad;
   return wheel.direction_rad +

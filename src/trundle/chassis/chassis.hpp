@@ -97,6 +97,9 @@ struct Chassis {
   /// `skid` wheels: by what share a robot that turns on the spot turns less than its track says, which is
   /// that of wide curves. docs/theory/scrub.md.
   double scrub = 0.0;
+  /// By what share a wheel rolls further per square of its speed: tyres that grow.
+  /// docs/theory/tyre-growth.md.
+  double tyre_growth_s2_m2 = 0.0;
   double wheels_time_offset_s = 0.0;
 
   [[nodiscard]] std::span<Wheel> wheels() {
@@ -120,6 +123,9 @@ struct Chassis {
 
 /// Ground that a count stands for [m]; 0 for a wheel without ticks.
 [[nodiscard]] double metres_per_tick(const Wheel& wheel);
+
+/// Of a way and so many counts after it; of a wheel without ticks, of the way alone.
+[[nodiscard]] double revolutions_of(const Wheel& wheel, double way_m, double ticks);
 
 /// Where it rolls: its direction, turned by what its steering reads.
 [[nodiscard]] double rolling_direction(const Wheel& wheel);
@@ -162,6 +168,9 @@ struct Increment {
   /// Of a robot of skid wheels, half of how much further those on the right turned than those on the left,
   /// times how sharp that turn is: what its scrub grows with. ScrubGauge fills it in.
   double scrub_turned = 0.0;
+  /// Per wheel: its revolutions times the square of its speed [1/s²]: what its growth lengthens. SpeedGauge
+  /// fills it in, where depends_on_speed().
+  std::array<double, kMaxWheels> speed_turned{};
   /// Of each steered wheel, as Chassis::all_wheels(): what its steering reads in the middle [rad].
   std::array<double, kMaxWheels> steering_rad{};
   double gyro_rad = 0.0;           ///< integral of the gyro's raw reading
@@ -183,7 +192,10 @@ inline void add_readings(Increment& sum, const Increment& increment) {
   sum.duration_s += increment.duration_s;
   sum.gyro_rad += increment.gyro_rad;
   sum.scrub_turned += increment.scrub_turned;
-  for (std::size_t i = 0; i < sum.turned.size(); ++i) sum.turned[i] += increment.turned[i];
+  for (std::size_t i = 0; i < sum.turned.size(); ++i) {
+    sum.turned[i] += increment.turned[i];
+    sum.speed_turned[i] += increment.speed_turned[i];
+  }
 }
 
 /// Whether a wheel turned (without wheels: whether the robot moved).

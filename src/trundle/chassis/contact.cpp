@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "trundle/chassis/ground_turned.hpp"
 #include "trundle/chassis/without_wheel.hpp"
 #include "trundle/geometry/squared.hpp"
 
@@ -65,7 +66,7 @@ void add_interval(const Chassis& chassis, const Increment& increment, ContactMot
     Wheel wheel = chassis.wheels()[i];
     if (!wheel.steering) continue;
     wheel.steering->reading_rad = increment.steering_rad[i];
-    const double travel_m = kPi * wheel.diameter_m * increment.turned[i];
+    const double travel_m = kPi * wheel.diameter_m * ground_turned(chassis, i, increment);
     const double c = std::cos(rolling_direction(wheel)), s = std::sin(rolling_direction(wheel));
     const double along = rolling_variance(chassis, i, std::abs(travel_m));
     const double across = lateral_variance(chassis, mean_m) + misreading_variance(wheel, travel_m);

@@ -31,8 +31,9 @@ constexpr Kind kOfWheels[] = {
 
 constexpr Kind kOfRobot[] = {
     {ParameterKind::track, "track", "m", kBySize},
-    {ParameterKind::icr_x, "icr_x", "m", 0.2},  // as the load lies
-    {ParameterKind::scrub, "scrub", "1", 0.2},  // as the track, of which it is a share
+    {ParameterKind::icr_x, "icr_x", "m", 0.2},                     // as the load lies
+    {ParameterKind::scrub, "scrub", "1", 0.2},                     // as the track, of which it is a share
+    {ParameterKind::tyre_growth, "tyre_growth", "s^2/m^2", 0.05},  // a diameter's, at 1 m/s
     // Of somebody else's wheels the diameters; the track, which scrubbing adds to; diameters apart by 2 % on
     // a track of 40 cm; and the turns of a gyro before its first rest.
     {ParameterKind::velocity_forward_scale, "velocity.forward_scale", "1", 0.05},
@@ -101,6 +102,8 @@ bool exists(const Parameter& parameter, const Robot& robot) {
       return has_skid_wheels(chassis);
     case ParameterKind::scrub:
       return can_scrub(chassis);
+    case ParameterKind::tyre_growth:
+      return chassis.wheel_count > 0;
     case ParameterKind::gyro_scale:
     case ParameterKind::gyro_bias:
     case ParameterKind::gyro_time_offset:
@@ -146,6 +149,8 @@ auto* number_of(const Parameter& parameter, AnyRobot& robot) {
       return &chassis.icr_x_m;
     case ParameterKind::scrub:
       return &chassis.scrub;
+    case ParameterKind::tyre_growth:
+      return &chassis.tyre_growth_s2_m2;
     case ParameterKind::velocity_forward_scale:
       return &chassis.velocity.forward_scale;
     case ParameterKind::velocity_yaw_scale:

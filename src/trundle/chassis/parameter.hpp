@@ -21,6 +21,7 @@ enum class ParameterKind {
   track,           ///< "track" [m]: distance of the left wheels from the right ones; scales all y
   icr_x,           ///< "icr_x" [m]
   scrub,           ///< "scrub": share of a turn on the spot that skid wheels lose
+  tyre_growth,     ///< "tyre_growth" [s²/m²]: share by which wheels roll further per square of their speed
   velocity_forward_scale,    ///< "velocity.forward_scale": of a robot without wheels, as the next three
   velocity_yaw_scale,        ///< "velocity.yaw_scale"
   velocity_yaw_per_forward,  ///< "velocity.yaw_per_forward" [rad/m]
@@ -58,7 +59,7 @@ inline constexpr Parameter kRangeScale{ParameterKind::sensor_range_scale, -1};
 [[nodiscard]] bool is_of_velocity(ParameterKind kind);
 
 [[nodiscard]] std::string name_of(const Parameter& parameter, const Robot& robot);
-/// "m", "rad", "rad/m", "rad/s", "s" or "1".
+/// "m", "rad", "rad/m", "rad/s", "s", "s²/m²" or "1".
 [[nodiscard]] std::string_view unit_of(const Parameter& parameter);
 [[nodiscard]] std::optional<Parameter> parameter_named(std::string_view name, const Robot& robot);
 /// Every parameter this robot has.

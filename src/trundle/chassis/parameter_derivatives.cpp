@@ -1,7 +1,7 @@
 // How rows of H and their readings change with a parameter.
 #include "trundle/chassis/detail/parameter_parts.hpp"
+#include "trundle/chassis/ground_turned.hpp"
 #include "trundle/chassis/parameter.hpp"
-#include "trundle/chassis/scrub.hpp"
 
 namespace trundle::chassis {
 namespace {
@@ -87,6 +87,19 @@ double scrub_derivative(const Chassis& chassis, std::size_t wheel, const Increme
   return -kPi * chassis.wheels()[wheel].diameter_m * scrub_sides(chassis)[wheel] * increment.scrub_turned;
 }
 
+/// docs/theory/tyre-growth.md, eq. 3: a larger wheel is faster, too.
+double diameter_derivative(const Chassis& chassis, std::size_t wheel, const Increment& increment) {
+  double turned = ground_turned(chassis, wheel, increment);
+  if (chassis.tyre_growth_s2_m2 != 0.0)
+    turned += 2.0 * growth_of(chassis, wheel) * increment.speed_turned[wheel];
+  return kPi * turned;
+}
+
+double growth_derivative(const Chassis& chassis, std::size_t wheel, const Increment& increment) {
+  const double circumference_m = kPi * chassis.wheels()[wheel].diameter_m;
+  return circumference_m * circumference_m * circumference_m * increment.speed_turned[wheel];
+}
+
 }  // namespace
 
 RowMatrix row_derivative(const Parameter& parameter, const Chassis& chassis, const Rows& rows) {
@@ -130,7 +143,9 @@ RowVector reading_derivative(const Parameter& parameter, const Chassis& chassis,
     if (is_of_velocity(parameter.kind))
       derivative[i] = velocity_derivative(parameter.kind, row.kind, increment);
     if (is_diameter_of(parameter, row))
-      derivative[i] = kPi * ground_turned(chassis, static_cast<std::size_t>(row.wheel), increment);
+      derivative[i] = diameter_derivative(chassis, static_cast<std::size_t>(row.wheel), increment);
+    if (parameter.kind == ParameterKind::tyre_growth && row.kind == RowKind::wheel)
+      derivative[i] = growth_derivative(chassis, static_cast<std::size_t>(row.wheel), increment);
     if (parameter.kind == ParameterKind::scrub && row.kind == RowKind::wheel)
       derivative[i] = scrub_derivative(chassis, static_cast<std::size_t>(row.wheel), increment);
     if (is_scale_of(parameter, row))

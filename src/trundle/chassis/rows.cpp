@@ -6,7 +6,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
-#include "trundle/chassis/scrub.hpp"
+#include "trundle/chassis/ground_turned.hpp"
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/geometry/squared.hpp"
 

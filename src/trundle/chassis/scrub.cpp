@@ -109,12 +109,8 @@ ScrubGauge::ScrubGauge(const Chassis& chassis)
   const Means means = means_of(chassis);
   left_ = means.left;
   right_ = means.right;
-  for (std::size_t i = 0; i < chassis.wheels().size(); ++i) {
-    const Wheel& wheel = chassis.wheels()[i];
-    const double ticks = std::abs(wheel.ticks_per_revolution);
-    const double memory = kMemory_m / (kPi * wheel.diameter_m) + (ticks > 0.0 ? kMemoryTicks / ticks : 0.0);
-    memory_ = std::max(memory_, 2.0 * memory);
-  }
+  for (const Wheel& wheel : chassis.wheels())
+    memory_ = std::max(memory_, 2.0 * revolutions_of(wheel, kMemory_m, kMemoryTicks));
 }
 
 // In the middle of an interval: what is rounded off at its end is as much in the turn as it is not, so that

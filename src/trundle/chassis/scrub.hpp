@@ -26,13 +26,6 @@ namespace trundle::chassis {
 [[nodiscard]] std::array<double, kMaxWheels> with_scrub(const Chassis& chassis,
                                                         const std::array<double, kMaxWheels>& turned);
 
-/// What the turn of a wheel amounts to on the ground. docs/theory/scrub.md, eq. 4.
-[[nodiscard]] inline double ground_turned(const Chassis& chassis, std::size_t wheel,
-                                          const Increment& increment) {
-  if (chassis.scrub == 0.0) return increment.turned[wheel];
-  return increment.turned[wheel] - chassis.scrub * scrub_sides(chassis)[wheel] * increment.scrub_turned;
-}
-
 /// What a ScrubGauge remembers: plain numbers.
 struct ScrubState {
   double left = 0.0;  ///< revolutions, those of long ago forgotten

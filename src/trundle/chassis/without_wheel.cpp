@@ -14,7 +14,7 @@ Chassis without_wheel(const Chassis& chassis, std::size_t wheel) {
 
 Increment without_wheel(const Increment& increment, std::size_t wheel) {
   Increment rest = increment;
-  for (auto* column : {&rest.turned, &rest.slip_variance, &rest.steering_rad})
+  for (auto* column : {&rest.turned, &rest.speed_turned, &rest.slip_variance, &rest.steering_rad})
     std::copy(column->begin() + static_cast<std::ptrdiff_t>(wheel) + 1, column->end(),
               column->begin() + static_cast<std::ptrdiff_t>(wheel));
   return rest;

@@ -11,7 +11,7 @@ namespace trundle::io {
 namespace {
 
 /// Rises whenever a state's bytes mean something else than before.
-constexpr int kFormat = 15;
+constexpr int kFormat = 16;
 
 }  // namespace
 

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "trundle/chassis/scrub.hpp"
+#include "trundle/chassis/tyre_growth.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/odometry/odometer.hpp"
 #include "trundle/odometry/reckon_kernels.hpp"
@@ -24,6 +25,10 @@ bool drifts(const Chassis& chassis) {
   return chassis.wheel_count == 0 && chassis.velocity.yaw_bias_rad_s != 0.0;
 }
 
+bool grows(const Chassis& chassis) {
+  return chassis.wheel_count > 0 && chassis.tyre_growth_s2_m2 != 0.0;
+}
+
 std::array<const double*, kMaxInputs> inputs_of(const Chassis& chassis, const TravelColumns& travel,
                                                 bool with_gyro) {
   std::array<const double*, kMaxInputs> inputs{};
@@ -32,7 +37,7 @@ std::array<const double*, kMaxInputs> inputs_of(const Chassis& chassis, const Tr
     inputs[i] = travel.turned[i].data();
     require_length(travel.turned[i].size(), travel.rows(), fmt::format("turned[{}]", i));
   }
-  if (!with_gyro && !drifts(chassis)) return inputs;
+  if (!with_gyro && !drifts(chassis) && !grows(chassis)) return inputs;
   require_length(travel.duration_s.size(), travel.rows(), "duration_s");
   inputs[wheels + 1] = travel.duration_s.data();
   inputs[wheels] = inputs[wheels + 1];  // without a gyro its column has no gain
@@ -68,17 +73,18 @@ void step_through(const Robot& robot, const TravelColumns& travel, const Pose2& 
   Odometer odometer(robot, {.start = start, .with_covariance = false});
   const ScrubGauge scrub_gauge(robot.chassis);
   ScrubState scrub;
+  const SpeedGauge speed_gauge(robot.chassis);
+  SpeedState speed;
   Increment increment{.has_gyro = !travel.gyro_rad.empty()};
   for (std::size_t i = 0; i < travel.rows(); ++i) {
     for (std::size_t k = 0; k < kMaxWheels; ++k) {
       if (!travel.turned[k].empty()) increment.turned[k] = travel.turned[k][i];
       if (!travel.steering_rad[k].empty()) increment.steering_rad[k] = travel.steering_rad[k][i];
     }
-    if (increment.has_gyro) {
-      increment.gyro_rad = travel.gyro_rad[i];
-      increment.duration_s = travel.duration_s[i];
-    }
+    if (increment.has_gyro) increment.gyro_rad = travel.gyro_rad[i];
+    if (increment.has_gyro || grows(robot.chassis)) increment.duration_s = travel.duration_s[i];
     if (scrub_gauge.applies()) scrub_gauge.add(scrub, increment);
+    if (grows(robot.chassis)) speed_gauge.add(speed, increment);
     odometer.step(increment);
     poses.x_m[i] = odometer.pose().x;
     poses.y_m[i] = odometer.pose().y;
@@ -97,12 +103,13 @@ void dead_reckon(const Robot& robot, const TravelColumns& travel, const Pose2& s
   require_length(poses.y_m.size(), travel.rows(), "y_m");
   require_length(poses.heading_rad.size(), travel.rows(), "heading_rad");
   require_observable(robot, with_gyro);
+  if (robot.chassis.scrub != 0.0 || grows(robot.chassis)) return step_through(robot, travel, start, poses);
   const MotionModel model(robot.chassis, {}, with_gyro);
   if (const auto& steered = model.steered(); steered && steered->has_one_weighing())
     return reckon(
         SteeredReckoning{*steered, in_fixed_places(inputs, robot.chassis), steering, travel.rows(), start},
         poses);
-  if (!model.has_one_gain() || robot.chassis.scrub != 0.0) return step_through(robot, travel, start, poses);
+  if (!model.has_one_gain()) return step_through(robot, travel, start, poses);
   const LinearisedChassis linearised = model.linearised();
   const auto given = static_cast<std::size_t>(std::ranges::find(inputs, nullptr) - inputs.begin());
   reckon({linearised.twist.data(), inputs, given, travel.rows(), start}, poses);

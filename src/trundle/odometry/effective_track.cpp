@@ -4,7 +4,7 @@
 #include <cmath>
 #include <type_traits>
 
-#include "trundle/chassis/scrub.hpp"
+#include "trundle/chassis/ground_turned.hpp"
 #include "trundle/geometry/squared.hpp"
 #include "trundle/io/error.hpp"
 #include "trundle/recording/alignment/replay.hpp"

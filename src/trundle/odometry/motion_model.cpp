@@ -16,7 +16,12 @@ Increment unit_increment(std::size_t k, std::size_t wheels) {
   if (k == wheels) increment.gyro_rad = 1.0;
   if (k == wheels + 1) increment.duration_s = 1.0;
   if (k == wheels + 2) increment.scrub_turned = 1.0;
+  if (k > wheels + 2) increment.speed_turned[k - (wheels + 3)] = 1.0;
   return increment;
+}
+
+bool has(std::span<const Parameter> parameters, ParameterKind kind) {
+  return std::ranges::find(parameters, kind, &Parameter::kind) != parameters.end();
 }
 
 /// N = L D Lᵀ without pivoting: N is positive definite, and this does not mind rows of very different weight.
@@ -49,6 +54,7 @@ struct Cholesky {
 double input_of(const Increment& increment, std::size_t input, std::size_t wheels) {
   if (input < wheels) return increment.turned[input];
   if (input == wheels + 2) return increment.scrub_turned;
+  if (input > wheels + 2) return increment.speed_turned[input - (wheels + 3)];
   return input == wheels ? increment.gyro_rad : increment.duration_s;
 }
 
@@ -64,9 +70,9 @@ MotionModel::MotionModel(const Chassis& chassis, std::span<const Parameter> para
       wheels_(chassis.wheel_count > 0 ? chassis.wheels().size() : 2),
       with_gyro_(with_gyro && chassis.gyro.has_value()),
       with_duration_(with_gyro_ || chassis.wheel_count == 0),
-      scrubs_(can_scrub(chassis) &&
-              (chassis.scrub != 0.0 ||
-               std::ranges::find(parameters, ParameterKind::scrub, &Parameter::kind) != parameters.end())) {
+      scrubs_(can_scrub(chassis) && (chassis.scrub != 0.0 || has(parameters, ParameterKind::scrub))),
+      grows_(chassis.wheel_count > 0 &&
+             (chassis.tyre_growth_s2_m2 != 0.0 || has(parameters, ParameterKind::tyre_growth))) {
   assert(parameters.size() <= kMaxModelParameters);
   if (is_steered(chassis)) {
     steered_.emplace(chassis, parameters, with_gyro_);
@@ -74,7 +80,7 @@ MotionModel::MotionModel(const Chassis& chassis, std::span<const Parameter> para
   }
   const Rows rows = rows_of(chassis, with_gyro_);
   rows_ = static_cast<std::size_t>(rows.count());
-  inputs_ = wheels_ + (scrubs_ ? 3 : with_duration_ ? 2 : 0);
+  inputs_ = wheels_ + (grows_ ? 3 + wheels_ : scrubs_ ? 3 : with_duration_ ? 2 : 0);
   square_ = rows_ == 3;
   for (std::size_t i = 0; i < rows_; ++i) Eigen::Map<Vector3>(h_[i].data()) = rows.H.row(static_cast<int>(i));
   probe_readings(chassis, rows);
@@ -170,7 +176,7 @@ void MotionModel::step_of_its_own(const Increment& increment, const Rolled& roll
 }
 
 LinearisedChassis MotionModel::linearised() const {
-  assert(has_one_gain());
+  assert(has_one_gain() && !grows_);
   const Gain& gain = gains_.front();
   const auto columns = static_cast<Eigen::Index>(inputs_);
   const auto vector = [](const Triple& t) { return Eigen::Map<const Vector3>(t.data()); };

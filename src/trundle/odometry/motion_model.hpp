@@ -9,7 +9,7 @@
 
 namespace trundle::odometry {
 
-using Inputs = std::array<double, kMaxInputs>;
+using Inputs = std::array<double, kAllInputs>;
 /// Per unit of each input a twist: ξ = T u.
 using InputMatrix = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxInputs>;
 
@@ -36,7 +36,7 @@ class MotionModel {
   bool has_one_gain() const { return gains_.size() == 1; }
   /// Where wheels are steered.
   const std::optional<SteeredModel>& steered() const { return steered_; }
-  /// Only where there is one gain; derivatives only where H is square.
+  /// Only where there is one gain, whatever the wheels' speed; derivatives only where H is square.
   LinearisedChassis linearised() const;
 
   /// ξ̂ = G z alone.
@@ -70,15 +70,15 @@ class MotionModel {
   /// All that follows from one choice of weights. Inputs stand as in column_of().
   struct Gain {
     std::array<Triple, kMaxRows> by_row{};       ///< columns of G = N⁻¹ Hᵀ W
-    std::array<Triple, kMaxInputs> by_input{};   ///< columns of T = G Z
-    std::array<Symmetric3, kMaxInputs> noise{};  ///< covariance of the twist per |input|
+    std::array<Triple, kAllInputs> by_input{};   ///< columns of T = G Z
+    std::array<Symmetric3, kAllInputs> noise{};  ///< covariance of the twist per |input|
     Symmetric3 floor{};                          ///< and of an interval in which nothing moves
     std::array<double, kMaxRows> weight{};       ///< W
     Symmetric3 inverse_normal{};                 ///< N⁻¹
     WheelVectors by_travel{};                    ///< of by_row, those of the wheels
   };
 
-  /// Wheels first; the gyro's integral, the duration and what is scrubbed always in the last three places.
+  /// Wheels first; the gyro's integral, the duration, what is scrubbed and speeds always behind all of them.
   std::size_t column_of(std::size_t input) const {
     return input < wheels_ ? input : kMaxWheels + (input - wheels_);
   }
@@ -111,6 +111,7 @@ class MotionModel {
   /// The gyro's integral and the duration are inputs: of a gyro, or of a velocity, whose turn has a bias.
   bool with_duration_ = false;
   bool scrubs_ = false;  ///< what skid wheels scrub is an input, the third behind the wheels
+  bool grows_ = false;   ///< speeds of wheels are inputs, behind that
   bool square_ = false;
   std::array<Triple, kMaxRows> h_{};
   std::array<Inputs, kMaxRows> reading_{};   ///< Z
@@ -148,6 +149,8 @@ inline std::array<double, 3> MotionModel::twist_by(const Gain& gain, const Incre
     add(gain.by_input[kMaxWheels + 1], increment.duration_s);
   }
   if (scrubs_) add(gain.by_input[kMaxWheels + 2], increment.scrub_turned);
+  for (std::size_t k = 0; grows_ && k < wheels_; ++k)
+    add(gain.by_input[kMaxInputs + k], increment.speed_turned[k]);
   return {dx, dy, turn};
 }
 

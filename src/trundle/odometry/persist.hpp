@@ -12,11 +12,11 @@ namespace trundle::odometry {
 template <class Archive, class Increment>
 void persist_increment(Archive& archive, Increment& increment) {
   archive(increment.time_s, increment.duration_s, increment.turned, increment.gyro_rad, increment.has_gyro,
-          increment.gyro_change_rad_s, increment.scrub_turned, increment.slip_variance,
-          increment.shaking_m_s2, increment.steering_rad);
+          increment.gyro_change_rad_s, increment.scrub_turned, increment.speed_turned,
+          increment.slip_variance, increment.shaking_m_s2, increment.steering_rad);
 }
 
-static_assert(sizeof(OdometerState) == 3160, "another size is another format in io/checkpoint.cpp");
+static_assert(sizeof(OdometerState) == 3224, "another size is another format in io/checkpoint.cpp");
 
 /// Plain numbers, without gaps between them.
 template <class Archive, class State>

@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 
 #include "trundle/chassis/contact.hpp"
+#include "trundle/chassis/ground_turned.hpp"
 
 namespace trundle::odometry {
 namespace {
@@ -85,7 +86,7 @@ bool SteeredModel::slips(const Increment& increment) const {
 Triple SteeredModel::twist(const Increment& increment, std::size_t octave) const {
   if (!slips(increment)) {
     const auto input = [&](std::size_t column) {
-      if (column < kMaxWheels) return increment.turned[column];
+      if (column < kMaxWheels) return ground_turned(chassis_, column, increment);
       return column == kMaxWheels ? increment.gyro_rad : increment.duration_s;
     };
     const auto steering = [&](std::size_t wheel) { return increment.steering_rad[wheel]; };

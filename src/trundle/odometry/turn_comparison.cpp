@@ -29,6 +29,7 @@ void TurnComparison::add(ComparedTurn& sum, const Increment& increment, const Ro
   sum.scrub_turned += increment.scrub_turned;
   for (std::size_t i = 0; i < kMaxWheels; ++i) {
     sum.turned[i] += increment.turned[i];
+    sum.speed_turned[i] += increment.speed_turned[i];
     sum.slip_variance[i] += increment.slip_variance[i];
     sum.rolled[i] += rolled[i];
   }
@@ -45,6 +46,7 @@ TurnDifference TurnComparison::take(ComparedTurn& sum, std::size_t octave) const
     readings.gyro_rad = sum.gyro_rad;
     readings.scrub_turned = sum.scrub_turned;
     readings.turned = sum.turned;
+    readings.speed_turned = sum.speed_turned;
     readings.slip_variance = sum.slip_variance;
     compare(readings, sum.rolled, octave, sum.difference);
   }

@@ -27,6 +27,7 @@ struct ComparedTurn {
   double gyro_rad = 0.0;
   double scrub_turned = 0.0;
   std::array<double, kMaxWheels> turned{};
+  std::array<double, kMaxWheels> speed_turned{};
   std::array<double, kMaxWheels> slip_variance{};
   Rolled rolled{};
   TurnDifference difference;

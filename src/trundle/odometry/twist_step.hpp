@@ -9,9 +9,10 @@
 namespace trundle::odometry {
 
 /// The raw readings of an interval as one vector u: `turned` of each wheel (forward and turn without wheels);
-/// then, where the gyro is used, its integral and the duration; then what skid wheels scrub. Readings z and
-/// twist are linear in it.
-inline constexpr int kMaxInputs = kMaxWheels + 3;
+/// then, where the gyro is used, its integral and the duration; then what skid wheels scrub; then
+/// `speed_turned` of each wheel. Readings z and twist are linear in it.
+inline constexpr int kMaxInputs = kMaxWheels + 3;  ///< without speeds
+inline constexpr int kAllInputs = kMaxInputs + kMaxWheels;
 
 /// The parameters an odometer carries along, and the gyro's bias.
 inline constexpr int kMaxModelParameters = 39;

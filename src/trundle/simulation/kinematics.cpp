@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 
 #include "trundle/chassis/scrub.hpp"
+#include "trundle/chassis/tyre_growth.hpp"
 #include "trundle/geometry/decompositions.hpp"
 #include "trundle/io/error.hpp"
 
@@ -71,18 +72,39 @@ Eigen::MatrixXd twist_solver(const RowBlock& H, double size_m) {
 
 using Turns = std::array<double, kMaxWheels>;
 
-/// What a map of the wheels' turns makes of their travel. Of a robot that does not scrub, the travel itself.
-RowVector of_turns(const Chassis& chassis, const RowVector& travel,
-                   Turns (*map)(const Chassis&, const Turns&)) {
-  if (chassis.scrub == 0.0 || !can_scrub(chassis)) return travel;
+/// What a map of the wheels' turns makes of their travel.
+template <class Map>
+RowVector of_turns(const Chassis& chassis, const RowVector& travel, const Map& map) {
   RowVector mapped = travel;
   Turns turned{};
   for (std::size_t i = 0; i < chassis.wheels().size(); ++i)
     turned[i] = travel[static_cast<int>(i)] / (kPi * chassis.wheels()[i].diameter_m);
-  turned = map(chassis, turned);
+  turned = map(turned);
   for (std::size_t i = 0; i < chassis.wheels().size(); ++i)
     mapped[static_cast<int>(i)] = turned[i] * kPi * chassis.wheels()[i].diameter_m;
   return mapped;
+}
+
+bool scrubs(const Chassis& chassis) {
+  return chassis.scrub != 0.0 && can_scrub(chassis);
+}
+
+/// What wheels read that move the ground by that travel, and by what they move the ground. Of a robot that
+/// neither scrubs nor grows, the travel itself; of one that does both, their product is left out.
+RowVector read_of_ground(const Chassis& chassis, RowVector travel, double duration_s) {
+  if (scrubs(chassis))
+    travel = of_turns(chassis, travel, [&](const Turns& turned) { return with_scrub(chassis, turned); });
+  if (chassis.tyre_growth_s2_m2 == 0.0) return travel;
+  return of_turns(chassis, travel,
+                  [&](const Turns& turned) { return with_growth(chassis, turned, duration_s); });
+}
+
+RowVector ground_of_read(const Chassis& chassis, RowVector travel, double duration_s) {
+  if (chassis.tyre_growth_s2_m2 != 0.0)
+    travel = of_turns(chassis, travel,
+                      [&](const Turns& turned) { return without_growth(chassis, turned, duration_s); });
+  if (!scrubs(chassis)) return travel;
+  return of_turns(chassis, travel, [&](const Turns& turned) { return without_scrub(chassis, turned); });
 }
 
 bool sees_all_directions(const RowBlock& H) {
@@ -142,7 +164,7 @@ RowVector Kinematics::ideal_travel(const Twist2& commanded, double duration_s) c
   const Rows& rows = steering_ == Steering::odometry ? nominal_rows_ : true_rows_;
   const Chassis& drives = steering_ == Steering::odometry ? nominal_ : truth_;
   const RowVector ground = rows.H.topRows(rows.measured) * ideal_twist(commanded).vector();
-  const RowVector travel = of_turns(drives, ground, with_scrub);
+  const RowVector travel = read_of_ground(drives, ground, duration_s);
   if (steering_ == Steering::truth) return travel;
   if (truth_.wheel_count > 0)
     return diameter_ratio_.cwiseProduct(travel);  // the same revolutions of the true wheels
@@ -156,13 +178,13 @@ Motion Kinematics::move(const Twist2& commanded, const RowErrors& errors, double
   if (steering_ == Steering::truth) {
     const Vector3 xi = is_steered_ ? solve({}, errors.lateral, commanded)
                                    : without_skidding(true_rows_, commanded, errors.lateral);
-    return {Twist2::from(xi), of_turns(truth_, H * xi, with_scrub) + errors.measured};
+    return {Twist2::from(xi), read_of_ground(truth_, H * xi, duration_s) + errors.measured};
   }
   const RowVector asked = ideal_travel(commanded, duration_s);
   const Vector3 xi =
-      solve(of_turns(truth_, asked - errors.measured, without_scrub), errors.lateral, commanded);
+      solve(ground_of_read(truth_, asked - errors.measured, duration_s), errors.lateral, commanded);
   const Vector3 xi_without_errors =
-      solve(of_turns(truth_, asked, without_scrub), RowVector::Zero(errors.lateral.size()), commanded);
+      solve(ground_of_read(truth_, asked, duration_s), RowVector::Zero(errors.lateral.size()), commanded);
   return {Twist2::from(xi), asked + errors.measured - H * (xi_without_errors - xi)};
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "trundle/chassis/ground_turned.hpp"
 #include "trundle/geometry/squared.hpp"
 
 namespace trundle::slip {
@@ -34,9 +35,10 @@ Increment corrected(const Increment& increment, const SlipCorrection& correction
   const auto slips = static_cast<std::size_t>(correction.rebuilt_wheel);
   const auto rolls = static_cast<std::size_t>(correction.other_wheel);
   const double g = (increment.gyro_rad - correction.bias_rad_s * increment.duration_s) * chassis.gyro->scale;
-  const double other = kPi * wheels[rolls].diameter_m * increment.turned[rolls];
+  const double other = kPi * wheels[rolls].diameter_m * ground_turned(chassis, rolls, increment);
   const double travel = other + correction.track_m * std::tan(g);
   result.turned[slips] = travel * other < 0.0 ? 0.0 : travel / (kPi * wheels[slips].diameter_m);
+  result.speed_turned[slips] = 0.0;  // that is of the ground
   return result;
 }
 

@@ -153,6 +153,8 @@ std::string advice(const HeldCombination& held, std::span<const Parameter> param
       return "turn on the spot with the position measured";
     case ParameterKind::scrub:
       return "drive wide curves and sharp ones, and turn on the spot";
+    case ParameterKind::tyre_growth:
+      return "drive far at very different speeds, with the way measured";
     case ParameterKind::gyro_scale:
       return "add several full turns of measured angle";
     case ParameterKind::gyro_bias:

@@ -40,6 +40,7 @@ inline constexpr Range kTurn{[](double v) { return std::abs(v) <= 100.0; }, "a n
 inline constexpr Range kDepthShare{[](double v) { return v >= -1.0 && v <= 2.0; }, "a number from -1 to 2"};
 /// Nearer to 8/9, what the wheels turned would not say how far the robot did: docs/theory/scrub.md, eq. 2.
 inline constexpr Range kScrub{[](double v) { return std::abs(v) <= 0.8; }, "a number from -0.8 to 0.8"};
+inline constexpr Range kTyreGrowth{[](double v) { return std::abs(v) <= 1.0; }, "s^2/m^2 from -1 to 1"};
 inline constexpr Range kPositive{[](double v) { return v > 0.0; }, "a number above 0"};
 inline constexpr Range kNotZero{[](double v) { return v != 0.0; }, "a number other than 0"};
 inline constexpr Range kAngle{[](double v) { return std::abs(v) <= 2.0 * kPi; },
@@ -107,6 +108,8 @@ inline constexpr std::array kSteering{
 inline constexpr std::array kChassis{
     NumberKey<Chassis>{"icr_x_m", [](Chassis& c) -> double& { return c.icr_x_m; }, kPosition, Presence::rare},
     NumberKey<Chassis>{"scrub", [](Chassis& c) -> double& { return c.scrub; }, kScrub, Presence::rare},
+    NumberKey<Chassis>{"tyre_growth_s2_m2", [](Chassis& c) -> double& { return c.tyre_growth_s2_m2; },
+                       kTyreGrowth, Presence::rare},
 };
 inline constexpr std::array kAllWheels{
     NumberKey<Chassis>{"time_offset_s", [](Chassis& c) -> double& { return c.wheels_time_offset_s; }, kAny,

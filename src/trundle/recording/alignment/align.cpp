@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "trundle/chassis/tyre_growth.hpp"
 #include "trundle/recording/alignment/gyro_turns.hpp"
 #include "trundle/recording/alignment/replay.hpp"
 
@@ -61,6 +62,16 @@ void add_gyro(const GyroStream& gyro, const Robot& robot, AlignedReadings& align
     const std::optional<double> turn = turns.until(increment.time_s);
     increment.gyro_rad = turn.value_or(0.0);
     increment.has_gyro = turn.has_value();
+    aligned.increments.set(i, increment);
+  }
+}
+
+void add_speeds(const Chassis& chassis, AlignedReadings& aligned) {
+  const SpeedGauge gauge(chassis);
+  SpeedState state;
+  for (std::size_t i = 0; i < aligned.increments.size(); ++i) {
+    Increment increment = aligned.increments[i];
+    gauge.add(state, increment);
     aligned.increments.set(i, increment);
   }
 }

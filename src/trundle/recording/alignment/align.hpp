@@ -25,6 +25,9 @@ AlignedReadings align(const Recording& recording, const Robot& robot);
 /// without a gyro or its readings.
 void add_gyro(const GyroStream& gyro, const Robot& robot, AlignedReadings& aligned);
 
+/// Fills in Increment::speed_turned, whatever the robot is known to depend on.
+void add_speeds(const Chassis& chassis, AlignedReadings& aligned);
+
 /// The rate at a stamp as the mean over at least 0.1 s on both its sides, for those who have the whole
 /// recording: what the gyro turned changes by −gyro_change_rad_s for a second of its clock. At gaps and ends
 /// nothing is said.

@@ -13,6 +13,7 @@ constexpr double kMemory_s = 5.0;  // for wheels whose readings arrive later tha
 Aligner::Aligner(const Robot& robot, const AlignerOptions& options)
     : wheels_(robot, {.shortest_gap_s = options.shortest_gap_s, .usual_speed_m_s = options.usual_speed_m_s}),
       scrub_gauge_(robot.chassis) {
+  if (depends_on_speed(robot)) speed_gauge_.emplace(robot.chassis);
   if (is_steered(robot.chassis)) steering_.emplace(robot);
   if (!robot.chassis.gyro) return;
   gyro_.emplace(*robot.chassis.gyro, options.shortest_gap_s);
@@ -94,6 +95,7 @@ AlignedInterval Aligner::interval_to(const WheelSums::Row& row) {
   for (std::size_t i = 0; i < wheels_.count(); ++i)
     increment.turned[i] = (row.sum[i] - end_->sum[i]) / wheels_.units_per_turn(i);
   if (scrub_gauge_.applies()) scrub_gauge_.add(scrub_, increment);
+  if (speed_gauge_) speed_gauge_->add(speed_, increment);
   if (gyro_) add_gyro_turn(increment);
   increment.shaking_m_s2 = shaking_until(end_->time_s, row.time_s);
   interval.bridged = row.broken || increment.duration_s > row.longest_step_s;

@@ -6,6 +6,7 @@
 
 #include "trundle/chassis/robot.hpp"
 #include "trundle/chassis/scrub.hpp"
+#include "trundle/chassis/tyre_growth.hpp"
 #include "trundle/recording/alignment/gyro_integral.hpp"
 #include "trundle/recording/alignment/steering_angles.hpp"
 #include "trundle/recording/alignment/wheel_sums.hpp"
@@ -82,6 +83,7 @@ class Aligner {
     if (self.gyro_) archive(*self.gyro_);
     if (self.steering_) archive(*self.steering_);
     if (self.scrub_gauge_.applies()) archive(self.scrub_);
+    if (self.speed_gauge_) archive(self.speed_);
   }
 
  private:
@@ -98,6 +100,8 @@ class Aligner {
   std::optional<SteeringAngles> steering_;
   ScrubGauge scrub_gauge_;
   ScrubState scrub_;
+  std::optional<SpeedGauge> speed_gauge_;  ///< of a robot that depends on speed
+  SpeedState speed_;
   std::vector<AccelReading> accel_;    ///< since the last interval's end
   std::optional<WheelSums::Row> end_;  ///< there; nothing before the start
   GyroIntegral::Reading gyro_start_;   ///< there

@@ -6,7 +6,7 @@
 
 namespace trundle::recording {
 
-static_assert(sizeof(Increment) == (7 + 3 * kMaxWheels) * sizeof(double), "visit() must know a new member");
+static_assert(sizeof(Increment) == (7 + 4 * kMaxWheels) * sizeof(double), "visit() must know a new member");
 
 void Increments::reserve(std::size_t increments) {
   time_s_.reserve(increments);

@@ -108,6 +108,7 @@ class Increments {
     visitor(columns.shaking_m_s2_, increment.shaking_m_s2, kUsual.shaking_m_s2);
     for (std::size_t w = 0; w < wheels; ++w) {
       visitor(columns.turned_[w], increment.turned[w], kUsual.turned[w]);
+      visitor(columns.speed_turned_[w], increment.speed_turned[w], kUsual.speed_turned[w]);
       visitor(columns.slip_variance_[w], increment.slip_variance[w], kUsual.slip_variance[w]);
       visitor(columns.steering_rad_[w], increment.steering_rad[w], kUsual.steering_rad[w]);
     }
@@ -121,6 +122,7 @@ class Increments {
   Numbers duration_s_;
   std::array<Numbers, kMaxWheels> turned_;
   Numbers scrub_turned_;
+  std::array<Numbers, kMaxWheels> speed_turned_;
   Numbers gyro_rad_;
   SparseColumn<bool> has_gyro_;
   Numbers gyro_change_rad_s_;

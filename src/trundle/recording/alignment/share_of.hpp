@@ -11,6 +11,7 @@ namespace trundle::recording {
   increment.gyro_change_rad_s *= share;
   increment.scrub_turned *= share;
   for (double& turned : increment.turned) turned *= share;
+  for (double& turned : increment.speed_turned) turned *= share;
   for (double& variance : increment.slip_variance) variance *= share;
   return increment;
 }
