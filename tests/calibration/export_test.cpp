@@ -73,6 +73,13 @@ TEST(Export, Ros2ControlMultipliesToTheCalibratedRobot) {
               HasSubstr("diff_drive_controller:\n  ros__parameters:\n    left_wheel_names: [\"left\"]\n"));
 }
 
+TEST(Export, SaysThatNoStackHasAWordForTyresThatGrow) {
+  Robot robot = differential(0.0701, 0.0699, 0.231);
+  EXPECT_THAT(export_robot("ros2_control", robot, robot), testing::Not(HasSubstr("slow wheels")));
+  robot.chassis.tyre_growth_s2_m2 = 0.0125;
+  EXPECT_THAT(export_robot("ros2_control", robot, robot), HasSubstr("share 0.0125 v^2 further"));
+}
+
 TEST(Export, Ros2ControlKnowsSkidSteerByItsSides) {
   Robot robot = differential(0.2, 0.2, 0.6);
   robot.chassis = skid_steer({.diameter_m = 0.2}, 0.6, 0.4);

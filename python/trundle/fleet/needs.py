@@ -20,6 +20,7 @@ _RUNS = (  # by the end, or the start, of the parameter's name; in the words of 
     (".steering_scale", "drive curves of very different radii, both ways, with the heading measured"),
     (".x", "drive curves of very different radii, both ways, with the heading measured"),
     (".y", "drive curves of very different radii, both ways, with the heading measured"),
+    ("tyre_growth", "drive far at very different speeds, with the way measured"),
     ("velocity.", "drive straight runs and squares at two speeds, with stops"),
 )
 

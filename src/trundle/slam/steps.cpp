@@ -88,7 +88,10 @@ bool SlamInput::has_unidentified() const {
 }
 
 SlamInput slam_input(const Recording& recording, const Robot& robot, const SlamInputOptions& options) {
-  return slam_input(recording, align(recording, robot), robot, options);
+  AlignedReadings readings = align(recording, robot);
+  if (std::ranges::count(options.parameters, ParameterKind::tyre_growth, &Parameter::kind) > 0)
+    add_speeds(robot.chassis, readings);
+  return slam_input(recording, readings, robot, options);
 }
 
 SlamInput slam_input(const Recording& recording, const AlignedReadings& readings, const Robot& robot,

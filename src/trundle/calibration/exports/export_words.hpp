@@ -22,6 +22,11 @@ inline std::string export_head(const Robot& robot, std::string_view comment) {
   if (robot.chassis.scrub != 0.0)
     head += fmt::format("{} The track is that of wide curves; on the spot the robot turns {:.1f} % less.\n",
                         comment, 100.0 * robot.chassis.scrub);
+  if (robot.chassis.tyre_growth_s2_m2 != 0.0)
+    head += fmt::format(
+        "{} Diameters are those of slow wheels; at a speed of v m/s they roll by a share {:.3g} v^2 "
+        "further.\n",
+        comment, robot.chassis.tyre_growth_s2_m2);
   return head;
 }
 

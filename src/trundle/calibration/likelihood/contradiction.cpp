@@ -6,7 +6,8 @@
 #include <Eigen/LU>
 
 #include "trundle/chassis/contact.hpp"
-#include "trundle/chassis/scrub.hpp"
+#include "trundle/chassis/ground_turned.hpp"
+#include "trundle/geometry/squared.hpp"
 
 namespace trundle::calibration {
 namespace {
@@ -37,19 +38,34 @@ Increment with_scrub_of(const Increment& sum, const Chassis& chassis, Increment 
   return predicted;
 }
 
+/// What a motion makes the wheels turn times the square of their speed, which is that of what they read.
+/// Where they went to and fro it is no speed of any: it is kept within that of a wheel that rests for nine
+/// tenths of the time. docs/theory/tyre-growth.md, eq. 5.
+Increment with_speed_of(const Increment& sum, const Chassis& chassis, Increment predicted) {
+  constexpr double kMoves = 0.1;
+  for (std::size_t i = 0; i < chassis.wheels().size(); ++i) {
+    const double read = sum.turned[i];
+    const double most = squared(read / (kMoves * sum.duration_s));
+    const double square = read == 0.0 ? 0.0 : std::clamp(sum.speed_turned[i] / read, 0.0, most);
+    predicted.speed_turned[i] = square / (1.0 + growth_of(chassis, i) * square) * predicted.turned[i];
+  }
+  return predicted;
+}
+
 /// ∂(z / σ)/∂p · σ with z as the motion predicts it: a diameter scales reading and noise alike.
 RowVector predicted_derivative(const Comparison& comparison, const Parameter& parameter, const Vector3& twist,
                                const Increment& sum) {
   const Rows& rows = comparison.driven_rows;
-  if (is_of_velocity(parameter.kind))
-    return reading_derivative(parameter, comparison.driven, rows,
-                              predicted(comparison.driven, rows, twist, sum.duration_s));
+  const auto motion = [&] { return predicted(comparison.driven, rows, twist, sum.duration_s); };
+  if (is_of_velocity(parameter.kind)) return reading_derivative(parameter, comparison.driven, rows, motion());
   if (parameter.kind == ParameterKind::gyro_bias || parameter.kind == ParameterKind::gyro_time_offset)
     return reading_derivative(parameter, comparison.driven, rows, sum);
   if (parameter.kind == ParameterKind::scrub)
-    return reading_derivative(
-        parameter, comparison.driven, rows,
-        with_scrub_of(sum, comparison.driven, predicted(comparison.driven, rows, twist, sum.duration_s)));
+    return reading_derivative(parameter, comparison.driven, rows,
+                              with_scrub_of(sum, comparison.driven, motion()));
+  if (parameter.kind == ParameterKind::tyre_growth)
+    return reading_derivative(parameter, comparison.driven, rows,
+                              with_speed_of(sum, comparison.driven, motion()));
   return reading_growth(parameter, comparison.driven, rows).cwiseProduct(rows.H * twist);
 }
 

@@ -42,12 +42,14 @@ void append(std::vector<Information>& all, Eigen::Index parameters, const std::v
 }
 
 /// Which readings belong to a motion, and what they are, is fixed unless an offset of clocks is estimated; of
-/// wheels that scrub there is no table.
+/// wheels that scrub or grow there is no table.
 std::vector<std::optional<RelativeTable>> relative_tables(const CalibrationProblem& problem) {
   std::vector<std::optional<RelativeTable>> tables(problem.runs.size());
   if (contains(problem.parameters, ParameterKind::time_offset) ||
       contains(problem.parameters, ParameterKind::gyro_time_offset) ||
-      contains(problem.parameters, ParameterKind::scrub) || problem.nominal.chassis.scrub != 0.0)
+      contains(problem.parameters, ParameterKind::scrub) || problem.nominal.chassis.scrub != 0.0 ||
+      contains(problem.parameters, ParameterKind::tyre_growth) ||
+      problem.nominal.chassis.tyre_growth_s2_m2 != 0.0)
     return tables;
   std::ranges::transform(problem.runs, tables.begin(),
                          [&](const Run& run) { return relative_table(run, problem.nominal); });

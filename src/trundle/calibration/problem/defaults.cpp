@@ -74,9 +74,9 @@ std::vector<Parameter> offered_parameters(const Robot& robot, std::span<const Pa
                                           const std::vector<std::string>& fix) {
   std::vector<Parameter> offered = parameters_of(robot);
   std::erase_if(offered, [&](const Parameter& parameter) {
-    const bool is_of_skidding =
-        parameter.kind == ParameterKind::scrub || parameter.kind == ParameterKind::icr_x;
-    return !is_of_skidding || std::ranges::find(free, parameter) != free.end() ||
+    const bool is_rare = parameter.kind == ParameterKind::scrub || parameter.kind == ParameterKind::icr_x ||
+                         parameter.kind == ParameterKind::tyre_growth;
+    return !is_rare || std::ranges::find(free, parameter) != free.end() ||
            std::ranges::find(fix, name_of(parameter, robot)) != fix.end();
   });
   return offered;

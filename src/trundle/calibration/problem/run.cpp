@@ -248,6 +248,8 @@ Run prepare_run(const Recording& recording, const Robot& robot, AlignedReadings 
           .epochs = {},
           .jumps = {}};
   centre_gyro_changes(run.readings);
+  if (robot.chassis.wheel_count > 0)
+    add_speeds(robot.chassis, run.readings);  // whether they matter is asked of each run
   if (run.shows_gyro_bias() && robot.chassis.gyro) {
     run.gyro_walk =
         bias_walk_of(*robot.chassis.gyro, run.readings.start_s, run.readings.increments.back().time_s);

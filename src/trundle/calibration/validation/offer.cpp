@@ -68,11 +68,12 @@ bool ParameterOffer::is_significant() const {
 }
 
 std::string ParameterOffer::words() const {
+  const int digits = static_cast<int>(std::clamp(-std::floor(std::log10(sigma)), 3.0, 12.0));
   return fmt::format(
-      "{0} {1:.3f} ± {2:.3f} would explain {3}, by what the other{4}, better: log-likelihood +{5:.1f}, "
+      "{0} {1:.{7}f} ± {2:.{7}f} would explain {3}, by what the other{4}, better: log-likelihood +{5:.1f}, "
       "significant at {6:g} %; --free {0} estimates it",
       name, value, sigma, of_halves ? "each half of the run" : "each run", of_halves ? " says" : "s say",
-      gain, 100.0 * kLevel);
+      gain, 100.0 * kLevel, digits);
 }
 
 std::vector<ParameterOffer> offers_of(const CalibrationProblem& problem,
