@@ -14,12 +14,12 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-BEGIN, END = "<!-- scrub: begin -->", "<!-- scrub: end -->"
 
 
-def lay_out(data, out):
-    for tool, folder in (("real_recordings.py", "real"), ("warthog_recordings.py", "warthog"), ("slip_recordings.py", "slip")):
-        subprocess.run([sys.executable, HERE / tool, data, out / folder], check=True, stdout=subprocess.DEVNULL)
+def lay_out(data, out, *kinds):
+    """OUT/<kind> by tools/<kind>_recordings.py."""
+    for kind in kinds:
+        subprocess.run([sys.executable, HERE / f"{kind}_recordings.py", data, out / kind], check=True, stdout=subprocess.DEVNULL)
 
 
 def runs_below(folder):
@@ -73,29 +73,40 @@ def number(value):
     return "–" if value is None else f"{value:.4f}"
 
 
-def row(program, out, name, robot, runs, held_out):
+def row(program, out, parameter, digits, name, robot, runs, held_out):
     plain = calibrated(program, robot, runs, held_out, out)
-    free = calibrated(program, robot, runs, held_out, out, "--free", "scrub")
+    free = calibrated(program, robot, runs, held_out, out, "--free", parameter)
     if not plain or not free:
         return f"| {name} | {len(runs)} | no answer | no | – | – |"
-    scrub = next((p for p in free["parameters"] if p["name"] == "scrub"), None)
-    shown = "not observable" if not scrub or not scrub["observable"] else f"{scrub['value']:.3f} ± {scrub['sigma_within']:.3f}"
-    offer = next((o for o in plain.get("offers", []) if o["name"] == "scrub"), None)
+    found = next((p for p in free["parameters"] if p["name"] == parameter), None)
+    if not found or not found["observable"]:
+        return f"| {name} | {len(runs)} | not observable | no | {number(held_out_error(plain))} | – |"
+    shown = f"{found['value']:.{digits}f} ± {found['sigma_within']:.{digits}f}"
+    offer = next((o for o in plain.get("offers", []) if o["name"] == parameter), None)
     offered = f"yes: +{offer['log_likelihood_gain']:.1f}" if offer else "no"
     return f"| {name} | {len(runs)} | {shown} | {offered} | {number(held_out_error(plain))} | {number(held_out_error(free))} |"
 
 
-def main():
-    program, data, out = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])
-    lay_out(data, out)
-    lines = ["| recordings | runs learned from | scrub | offered: gain | held out, without [m] | with [m] |", "|---|---|---|---|---|---|"]
-    lines += [row(program, out, *job) for job in jobs(out)]
-    table = f"Made on {datetime.date.today()} by `tools/scrub_results.py`; position errors are rms, start-aligned.\n\n" + "\n".join(lines)
+def tell(parameter, jobs, digits=3):
+    """The table of one parameter, by the script that was called: PROGRAM DATA OUT [PAGE.md]."""
+    program, out = sys.argv[1], Path(sys.argv[3])
+    lines = [f"| recordings | runs learned from | {parameter} | offered: gain | held out, without [m] | with [m] |",
+             "|---|---|---|---|---|---|"]
+    lines += [row(program, out, parameter, digits, *job) for job in jobs]
+    table = (f"Made on {datetime.date.today()} by `tools/{Path(sys.argv[0]).name}`; position errors are rms, start-aligned.\n\n"
+             + "\n".join(lines))
     print(table)
     if len(sys.argv) == 5:
         page = Path(sys.argv[4])
-        head, rest = page.read_text().split(BEGIN)
-        page.write_text(f"{head}{BEGIN}\n{table}\n{END}{rest.split(END)[1]}")
+        begin, end = f"<!-- {parameter}: begin -->", f"<!-- {parameter}: end -->"
+        head, rest = page.read_text().split(begin)
+        page.write_text(f"{head}{begin}\n{table}\n{end}{rest.split(end)[1]}")
+
+
+def main():
+    data, out = Path(sys.argv[2]), Path(sys.argv[3])
+    lay_out(data, out, "real", "warthog", "slip")
+    tell("scrub", jobs(out))
 
 
 if __name__ == "__main__":
