@@ -159,6 +159,7 @@ class Draw:
         self.fault = str(rng.choice(["none", "gap", "fixes away", "spell"], p=[0.55, 0.15, 0.15, 0.15]))
         grid = bool(rng.random() < 0.3)
         second = bool(rng.random() < 0.15)
+        walk, robot.walk = robot.walk, 0.0 if second else robot.walk  # what is said of the bias of one run of several is its mean
         for name in "ab" if second else "a":
             self.biases.append(robot.bias)
             if isinstance(robot, VelocityRobot):
@@ -171,6 +172,7 @@ class Draw:
             if second:
                 robot.bias, drive = robot.bias + 0.003 * rng.normal(), Drive(robot, rng, 60)
                 landmarks = scattered(rng, drive, len(landmarks))
+        robot.walk = walk
         (self.folder / "robot.toml").write_text(robot.file(self.stated) + sensor.file(self.stated) +
                                                 f"[reference_sensor]\nx_m = {self.lever[0]}\ny_m = {self.lever[1]}\n")
         extent_m = float(np.ptp(drive.poses[:, :2], axis=0).max())
