@@ -231,15 +231,21 @@ std::vector<Parameter> parameters_of(const Robot& nominal, const CalibrateOption
   return choose_parameters(nominal, {.length = true, .anything = true}, free, options.fix);
 }
 
+bool estimates_range_scale(const CalibrationResult& result) {
+  return std::ranges::any_of(result.parameters, [](const ParameterEstimate& e) {
+    return e.parameter == kRangeScale && e.observable;
+  });
+}
+
 /// What lengths rest on.
 std::string words_of_metre(const AssociatedFit& found, const std::optional<GivenParameters>& range_scale,
                            const CalibrationResult& result) {
   std::size_t sightings = 0;
   for (const AssociatedRecording& one : found.all) sightings += one.recording.sightings.size();
   if (std::ranges::any_of(found.all, &AssociatedRecording::in_reference))
-    return fmt::format(
-        "from {} sightings, and positions of the reference that err by {:.2g} m: lengths are the reference's",
-        sightings, found.fit.free.position_sigma_m);
+    return fmt::format("from {} sightings, and positions of the reference that err by {:.2g} m{}", sightings,
+                       found.fit.free.position_sigma_m,
+                       estimates_range_scale(result) ? ": lengths are the reference's" : "");
   const std::string counted =
       range_scale ? fmt::format("; ± allows for {:.2g} % of that (--fix sensor.range_scale: it is right)",
                                 100.0 * std::sqrt(range_scale->covariance(0, 0)))

@@ -269,7 +269,7 @@ bool settle_positions(const SmoothingProblem& problem, const Minimiser& minimise
 }
 
 /// One round: the minimum with the motions of the robot found so far, which then moves there.
-void improve(Minimiser& minimiser, LandmarkSearch& search) {
+void improve(LandmarkSearch& search) {
   Estimate& estimate = search.fit.estimate;
   SmoothingState& state = search.fit.state;
   FreeColumns& free = search.fit.free;
@@ -278,6 +278,7 @@ void improve(Minimiser& minimiser, LandmarkSearch& search) {
   require_same_sightings(here.problem, state);
   state.parameters = free.parameters_from_here(state.parameters);
   correct_readings(state, here.problem);
+  Minimiser minimiser(here.problem);  // a clock that moved may show landmarks from other poses
   Minimum minimum = minimiser.minimise(here.problem, std::move(state));
   state = std::move(minimum.state);
   require_determined(minimiser.linearise(here.problem, state));
@@ -305,9 +306,7 @@ LandmarkFit fit_landmarks(std::span<const AssociatedRecording> all, const Robot&
   LandmarkSearch search = search_from(all, nominal, parameters);
   search.fit.estimate.measures_length = true;  // by the ranges
   if (search.fit.free.columns.cols() == 0 && !parameters.empty()) return search.fit;
-  Minimiser minimiser(joint_problem(all, search.fit.estimate.robot, search.fit.free).problem);
-  for (int round = 0; round < kMostRounds && !search.fit.estimate.descent.converged; ++round)
-    improve(minimiser, search);
+  for (int round = 0; round < kMostRounds && !search.fit.estimate.descent.converged; ++round) improve(search);
   return search.fit;
 }
 
