@@ -16,7 +16,7 @@ namespace trundle::slam {
 [[nodiscard]] double rough_position_sigma(std::span<const AssociatedRecording> all, const Robot& robot);
 
 /// Adds to a problem where the reference has poses of a track, about a second apart, for neighbours err
-/// alike. docs/theory/landmark-calibration.md, eq. 13g.
+/// alike. docs/theory/landmark-reference.md, eq. 13g.
 void add_positions(const Run& run, const Track& track, const Robot& robot, double sigma_m,
                    SmoothingProblem& problem);
 

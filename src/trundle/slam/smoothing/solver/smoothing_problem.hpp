@@ -196,7 +196,7 @@ struct RobotResidual {
                                            const SmoothingState& state);
 
 /// Position minus expectation over its sigma, and its derivative by a move of the pose.
-/// docs/theory/landmark-calibration.md, eq. 13g.
+/// docs/theory/landmark-reference.md, eq. 13g.
 struct PositionResidual {
   Vector2 error;
   Matrix23 by_pose;
