@@ -140,21 +140,15 @@ void StepCutter::move_to(double time_s, const Increment& part, bool bridged) {
   now_s_ = time_s;
 }
 
-/// `has_sightings`: something is seen at its end. That moves with the sensor's clock, and the motion's end
-/// with it.
-void StepCutter::finish_step(bool has_sightings) {
+void StepCutter::finish_step() {
   motion_.finish_step(now_s_, input_);
   last_step_s_ = now_s_;
-  const Vector3 at_end = has_sightings ? motion_.rate() : Vector3::Zero();
-  input_.by_sensor_clock.push_back(at_end -
-                                   adjoint(input_.steps.back().motion.mean.inverse()) * at_last_end_);
-  at_last_end_ = at_end;
 }
 
 /// All that is seen now, if anything is; what is recorded twice counts once.
 void StepCutter::finish_sighting_step() {
   if (!sighting_until(now_s_)) return;
-  finish_step(true);
+  finish_step();
   std::vector<std::size_t> seen;
   std::size_t next = 0;
   for (; next < waiting_.size() && waiting_[next].time_s <= now_s_; ++next) {

@@ -76,7 +76,7 @@ class StepCutter {
   [[nodiscard]] bool sighting_until(double time_s) const;
   [[nodiscard]] bool stop_until(double time_s) const;
   void move_to(double time_s, const Increment& part, bool bridged);
-  void finish_step(bool has_sightings = false);
+  void finish_step();
   void finish_sighting_step();
   [[nodiscard]] Observation observed(const Waiting& sighting);
   void forget_first(std::size_t count);
@@ -95,7 +95,6 @@ class StepCutter {
   Increment before_;         ///< the last interval; of no duration where that was bridged, or is none
   double now_s_ = 0.0;
   double last_step_s_ = 0.0;
-  Vector3 at_last_end_ = Vector3::Zero();  ///< rate there, if something was seen
   SlamInput input_;
 };
 

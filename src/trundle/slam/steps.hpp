@@ -41,8 +41,6 @@ struct SlamInput {
   /// Likewise: how errors of readings go with that of the motion. docs/theory/landmark-calibration.md, eq.
   /// 13d.
   std::vector<calibration::ReadingErrors> reading_errors = {};
-  /// Of each step's motion, by the landmark sensor's time_offset_s [m/s, rad/s]: what is seen is seen later.
-  std::vector<Vector3> by_sensor_clock = {};
   /// Of each observation, step by step: which of the sightings it is, counted in the order of time.
   std::vector<std::size_t> sighting_numbers = {};
 

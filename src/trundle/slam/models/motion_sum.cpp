@@ -60,7 +60,6 @@ void MotionSum::add(const Increment& increment, bool bridged) {
   else
     verdict = odometer_.step(increment);
   if (verdict.at_rest()) rest_s_ += increment.duration_s;
-  if (increment.duration_s > 0.0) rate_ = log(odometer_.pose()).vector() / increment.duration_s;
   sum_ = sum_ * motion_of_interval(before, increment.duration_s);
   counted_ = counted_ || (any_turns(increment) && !verdict.at_rest());
   add_reading(before);

@@ -20,14 +20,12 @@ class MotionSum {
   /// Appends the motion since the last call, and what was seen at its end, to come.
   void finish_step(double time_s, SlamInput& input);
   [[nodiscard]] double rest_s() const { return rest_s_; }
-  /// Twist of the last interval [m/s, m/s, rad/s]; zero before the first.
-  [[nodiscard]] const Vector3& rate() const { return rate_; }
 
   /// Its state, for io/archive.hpp; of parameters nothing is stored.
   template <class Archive, class Self>
   static void persist(Archive& archive, Self& self) {
     odometry::persist_odometer(archive, self.odometer_);
-    archive(self.sum_, self.counted_, self.reading_, self.rest_s_, self.rate_);
+    archive(self.sum_, self.counted_, self.reading_, self.rest_s_);
   }
 
  private:
@@ -48,7 +46,6 @@ class MotionSum {
   Eigen::Matrix3Xd by_parameters_;
   std::optional<calibration::SensitivityErrors> reading_errors_;  ///< where there are parameters
   double rest_s_ = 0.0;
-  Vector3 rate_ = Vector3::Zero();
 };
 
 }  // namespace trundle::slam

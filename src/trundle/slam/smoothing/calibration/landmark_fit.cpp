@@ -169,6 +169,8 @@ double sigmas_of(const Eigen::VectorXd& q, const Eigen::MatrixXd& covariance) {
 struct LandmarkSearch {
   std::span<const AssociatedRecording> all;
   LandmarkFit fit;
+  Eigen::VectorXd last = {};  ///< what the round before found
+  double share = 1.0;         ///< of it that is taken: less where rounds turn back
 };
 
 /// Starts where the prior holds the robot near nominal.
@@ -285,7 +287,10 @@ void improve(LandmarkSearch& search) {
   const Eigen::MatrixXd of_all = minimiser.parameter_covariance();
   const Eigen::MatrixXd covariance = of_all.topLeftCorner(own, own);
   const Eigen::VectorXd found = state.parameters.head(own);
-  const Eigen::VectorXd step = free.columns * found;
+  // Cut at other times within rows of coarse counts, motions change more than their derivative says.
+  if (search.last.size() == found.size() && found.dot(search.last) < 0.0) search.share *= 0.5;
+  search.last = found;
+  const Eigen::VectorXd step = search.share * (free.columns * found);
   move(free.parameters, step, estimate.robot);
   free.own.move(state.parameters.segment(own, free.own.count()));
   Descent& descent = estimate.descent;

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "trundle/calibration/likelihood/chassis_likelihood.hpp"
 #include "trundle/calibration/problem/noise_levels.hpp"
+#include "trundle/odometry/integrate.hpp"
 #include "trundle/slam/smoothing/calibration/reference_positions.hpp"
 #include "trundle/slam/smoothing/smoother.hpp"
 
@@ -15,6 +17,9 @@ using calibration::ReadingErrors;
 
 // A window of readings whose parity residual chance makes once in 10⁶ is slip.
 constexpr double kParityGate = 30.0;
+// To either side of a sighting, over which the twist there is taken: the rounding of counts at 60 a
+// revolution, 0.5 m/s from one row to the next of 100 Hz, is 1 cm/s of it.
+constexpr double kHalfTwistWindow_s = 0.25;
 
 /// Those that the motion depends on, and where they are among all.
 struct MotionParameters {
@@ -102,6 +107,35 @@ Robot robot_in(const Robot& robot, const FreeColumns& free, std::size_t recordin
   return own;
 }
 
+/// The twist [m/s, m/s, rad/s] about a time. By one row it would be that of the rounding of counts, which
+/// would pass for information; and noise before and after that time, half of it in the motion that ends
+/// there and half in the one that begins, moves a clock to neither side. Eq. 13b.
+Vector3 twist_about(const Trajectory& odometry, double time_s) {
+  constexpr double kAnyGap_s = std::numeric_limits<double>::infinity();
+  const double reach_s = std::min(
+      {kHalfTwistWindow_s, time_s - odometry.poses.front().time_s, odometry.poses.back().time_s - time_s});
+  if (!(reach_s > 0.0)) return Vector3::Zero();
+  const auto before = pose_at(odometry, time_s - reach_s, kAnyGap_s);
+  const auto after = pose_at(odometry, time_s + reach_s, kAnyGap_s);
+  if (!before || !after) return Vector3::Zero();
+  return log(before->inverse() * *after).vector() / (2.0 * reach_s);
+}
+
+/// By the sensor's clock, the motion of each step: with it move those ends at which something was seen.
+std::vector<Vector3> by_sensor_clock(const AssociatedRecording& one, const SlamInput& input,
+                                     const Robot& robot) {
+  const Trajectory odometry =
+      odometry::integrate(one.run.readings, robot, {.with_covariance = false}).trajectory;
+  std::vector<Vector3> by_clock;
+  Vector3 at_start = Vector3::Zero();
+  for (const SlamStep& step : input.steps) {
+    const Vector3 at_end = step.observations.empty() ? Vector3::Zero() : twist_about(odometry, step.time_s);
+    by_clock.push_back(at_end - adjoint(step.motion.mean.inverse()) * at_start);
+    at_start = at_end;
+  }
+  return by_clock;
+}
+
 TrackInput track_input(const AssociatedRecording& one, std::size_t recording, const Robot& robot,
                        const FreeColumns& free, bool with_scatter) {
   const MotionParameters moving = of_motion(free.parameters);
@@ -109,6 +143,8 @@ TrackInput track_input(const AssociatedRecording& one, std::size_t recording, co
       slam_input(one.recording, robot, {.parameters = moving.parameters, .with_scatter = with_scatter});
   const auto clock = std::ranges::find(free.parameters, ParameterKind::sensor_time_offset, &Parameter::kind);
   const auto n = static_cast<Eigen::Index>(free.parameters.size());
+  std::vector<Vector3> by_clock;
+  if (clock != free.parameters.end()) by_clock = by_sensor_clock(one, input, robot);
   TrackInput track{.observations = shown_in(input, one.shown)};
   if (one.in_reference) {
     if (!one.path.poses.empty()) track.start.pose = one.path.poses.front().pose;
@@ -122,8 +158,7 @@ TrackInput track_input(const AssociatedRecording& one, std::size_t recording, co
     before_s = time_s;
     Eigen::Matrix3Xd by_parameters = Eigen::Matrix3Xd::Zero(3, n);
     if (!moving.rows.empty()) by_parameters(Eigen::all, moving.rows) = input.by_parameters[k];
-    if (clock != free.parameters.end())
-      by_parameters.col(clock - free.parameters.begin()) = input.by_sensor_clock[k];
+    if (clock != free.parameters.end()) by_parameters.col(clock - free.parameters.begin()) = by_clock[k];
     track.time_s.push_back(time_s);
     FreeMotion free_motion{motion.mean, motion.covariance, by_parameters * columns};
     if (!input.reading_errors.empty())
