@@ -97,8 +97,13 @@ std::vector<LastingError> lasting_errors(const JointProblem& joint, const Smooth
     moved = error;
     begins = false;
   }
+  const auto track_of = [&](int pose) {
+    return std::ranges::count_if(joint.tracks,
+                                 [&](const Track& track) { return track.first_pose() <= pose; });
+  };
   for (std::size_t i = 1; i < joint.problem.positions.size(); ++i) {
     const PositionLink &before = joint.problem.positions[i - 1], &now = joint.problem.positions[i];
+    if (track_of(before.pose) != track_of(now.pose)) continue;
     const double spacing_s = stamps[nth(now.pose)] - stamps[nth(before.pose)];
     const Vector2 was = position_residual(before, state).error, is = position_residual(now, state).error;
     for (const int axis : {0, 1}) positions.add(was[axis], is[axis], spacing_s);
