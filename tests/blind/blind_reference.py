@@ -35,7 +35,7 @@ from typing import Any
 
 import numpy as np
 
-from blind_slam import TAIL, Array, chi_square_quantile, rotated, scattered
+from blind_slam import TAIL, Array, chi_square_quantile, rotated, scattered, verdict
 from wheeled import STEP_S, Drive, Recording, Robot
 
 CLASSES = {"capture": (100.0, 0.001), "station": (5.0, 0.005), "RTK": (1.0, 0.02), "GPS": (1.0, 0.5)}  # [Hz, m]
@@ -348,10 +348,7 @@ def main() -> int:
             with tempfile.TemporaryDirectory() as folder:
                 checks.draw(seed, Path(folder), False)
     checks.tables()
-    failed = checks.failures()
-    for line in failed:
-        print(f"failed: {line}", file=sys.stderr)
-    return 1 if failed else 0
+    return verdict(checks.failures())
 
 
 if __name__ == "__main__":

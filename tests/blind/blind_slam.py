@@ -285,7 +285,11 @@ def judged(checks: Checks, draws: dict[Callable[[Path, int], None], range]) -> i
         for seed in seeds:
             with tempfile.TemporaryDirectory() as folder:
                 step(Path(folder), seed)
-    failed = checks.failures()
+    return verdict(checks.failures())
+
+
+def verdict(failed: list[str]) -> int:
+    """The exit code; what failed is printed."""
     for line in failed:
         print(f"failed: {line}", file=sys.stderr)
     return 1 if failed else 0

@@ -247,6 +247,10 @@ std::vector<Parameter> parameters_of(const Robot& robot) {
   return parameters;
 }
 
+bool contains(std::span<const Parameter> parameters, ParameterKind kind) {
+  return std::ranges::find(parameters, kind, &Parameter::kind) != parameters.end();
+}
+
 std::optional<Parameter> parameter_named(std::string_view name, const Robot& robot) {
   for (const Parameter& parameter : parameters_of(robot))
     if (name_of(parameter, robot) == name) return parameter;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -64,6 +65,8 @@ inline constexpr Parameter kRangeScale{ParameterKind::sensor_range_scale, -1};
 [[nodiscard]] std::optional<Parameter> parameter_named(std::string_view name, const Robot& robot);
 /// Every parameter this robot has.
 [[nodiscard]] std::vector<Parameter> parameters_of(const Robot& robot);
+/// Any of that kind.
+[[nodiscard]] bool contains(std::span<const Parameter> parameters, ParameterKind kind);
 
 [[nodiscard]] double value_of(const Parameter& parameter, const Robot& robot);
 /// Changes that one scalar. `track` moves wheels; `lever` moves the wheel along its axle and a following

@@ -32,7 +32,7 @@ double speed_moving(double ground, double growth) {
 
 bool depends_on_speed(const Robot& robot) {
   if (robot.chassis.wheel_count == 0) return false;
-  if (robot.chassis.tyre_growth_s2_m2 != 0.0) return true;
+  if (grows(robot.chassis)) return true;
   const std::string name = name_of({ParameterKind::tyre_growth, -1}, robot);
   return robot.calibration &&
          std::ranges::count(robot.calibration->parameters, name, &CalibratedParameter::name) > 0;

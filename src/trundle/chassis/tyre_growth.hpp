@@ -6,6 +6,11 @@
 
 namespace trundle::chassis {
 
+/// Whether its wheels roll further by their speed.
+[[nodiscard]] inline bool grows(const Chassis& chassis) {
+  return chassis.wheel_count > 0 && chassis.tyre_growth_s2_m2 != 0.0;
+}
+
 /// Whether the speed of wheels makes a difference: they roll further by it, or a calibration says how far
 /// they may.
 [[nodiscard]] bool depends_on_speed(const Robot& robot);

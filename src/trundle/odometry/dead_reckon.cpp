@@ -25,10 +25,6 @@ bool drifts(const Chassis& chassis) {
   return chassis.wheel_count == 0 && chassis.velocity.yaw_bias_rad_s != 0.0;
 }
 
-bool grows(const Chassis& chassis) {
-  return chassis.wheel_count > 0 && chassis.tyre_growth_s2_m2 != 0.0;
-}
-
 std::array<const double*, kMaxInputs> inputs_of(const Chassis& chassis, const TravelColumns& travel,
                                                 bool with_gyro) {
   std::array<const double*, kMaxInputs> inputs{};

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "trundle/chassis/scrub.hpp"
+#include "trundle/chassis/tyre_growth.hpp"
 
 namespace trundle::odometry {
 namespace {
@@ -18,10 +19,6 @@ Increment unit_increment(std::size_t k, std::size_t wheels) {
   if (k == wheels + 2) increment.scrub_turned = 1.0;
   if (k > wheels + 2) increment.speed_turned[k - (wheels + 3)] = 1.0;
   return increment;
-}
-
-bool has(std::span<const Parameter> parameters, ParameterKind kind) {
-  return std::ranges::find(parameters, kind, &Parameter::kind) != parameters.end();
 }
 
 /// N = L D Lᵀ without pivoting: N is positive definite, and this does not mind rows of very different weight.
@@ -70,9 +67,9 @@ MotionModel::MotionModel(const Chassis& chassis, std::span<const Parameter> para
       wheels_(chassis.wheel_count > 0 ? chassis.wheels().size() : 2),
       with_gyro_(with_gyro && chassis.gyro.has_value()),
       with_duration_(with_gyro_ || chassis.wheel_count == 0),
-      scrubs_(can_scrub(chassis) && (chassis.scrub != 0.0 || has(parameters, ParameterKind::scrub))),
-      grows_(chassis.wheel_count > 0 &&
-             (chassis.tyre_growth_s2_m2 != 0.0 || has(parameters, ParameterKind::tyre_growth))) {
+      scrubs_(can_scrub(chassis) && (chassis.scrub != 0.0 || contains(parameters, ParameterKind::scrub))),
+      grows_(grows(chassis) ||
+             (chassis.wheel_count > 0 && contains(parameters, ParameterKind::tyre_growth))) {
   assert(parameters.size() <= kMaxModelParameters);
   if (is_steered(chassis)) {
     steered_.emplace(chassis, parameters, with_gyro_);

@@ -89,8 +89,7 @@ bool SlamInput::has_unidentified() const {
 
 SlamInput slam_input(const Recording& recording, const Robot& robot, const SlamInputOptions& options) {
   AlignedReadings readings = align(recording, robot);
-  if (std::ranges::count(options.parameters, ParameterKind::tyre_growth, &Parameter::kind) > 0)
-    add_speeds(robot.chassis, readings);
+  if (contains(options.parameters, ParameterKind::tyre_growth)) add_speeds(robot.chassis, readings);
   return slam_input(recording, readings, robot, options);
 }
 

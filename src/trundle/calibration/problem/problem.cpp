@@ -18,10 +18,6 @@ Eigen::VectorXd prior_sigmas(std::span<const Parameter> parameters, const Robot&
   return sigmas;
 }
 
-bool contains(std::span<const Parameter> parameters, ParameterKind kind) {
-  return std::ranges::find(parameters, kind, &Parameter::kind) != parameters.end();
-}
-
 void move(std::span<const Parameter> parameters, const Eigen::VectorXd& step, Robot& robot) {
   for (std::size_t j = 0; j < parameters.size(); ++j) {
     const double value = value_of(parameters[j], robot);

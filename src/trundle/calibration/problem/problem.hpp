@@ -28,8 +28,6 @@ struct CalibrationProblem {
 /// 1σ of each parameter's prior: how far from nominal it may plausibly be.
 [[nodiscard]] Eigen::VectorXd prior_sigmas(std::span<const Parameter> parameters, const Robot& nominal);
 
-[[nodiscard]] bool contains(std::span<const Parameter> parameters, ParameterKind kind);
-
 /// Adds a step to the parameters, in their own units. What does not move is not touched.
 void move(std::span<const Parameter> parameters, const Eigen::VectorXd& step, Robot& robot);
 

@@ -225,7 +225,7 @@ std::optional<GivenParameters> open_range_scale(const AssociatedFit& found, cons
 }
 
 /// Positions of a reference show how long a metre is, and so whether ranges are right in proportion.
-std::vector<Parameter> parameters_of(const Robot& nominal, const CalibrateOptions& options) {
+std::vector<Parameter> sought_parameters(const Robot& nominal, const CalibrateOptions& options) {
   std::vector<std::string> free = options.free;
   if (options.with_reference) free.push_back(name_of(kRangeScale, nominal));
   return choose_parameters(nominal, {.length = true, .anything = true}, free, options.fix);
@@ -238,10 +238,9 @@ bool estimates_range_scale(const CalibrationResult& result) {
 }
 
 /// What lengths rest on.
-std::string words_of_metre(const AssociatedFit& found, const std::optional<GivenParameters>& range_scale,
+std::string words_of_metre(const AssociatedFit& found, std::size_t sightings,
+                           const std::optional<GivenParameters>& range_scale,
                            const CalibrationResult& result) {
-  std::size_t sightings = 0;
-  for (const AssociatedRecording& one : found.all) sightings += one.recording.sightings.size();
   if (std::ranges::any_of(found.all, &AssociatedRecording::in_reference))
     return fmt::format("from {} sightings, and positions of the reference that err by {:.2g} m{}", sightings,
                        found.fit.free.position_sigma_m,
@@ -262,7 +261,7 @@ void add_words(const AssociatedFit& found, const std::optional<GivenParameters>&
   const double scatter = found.fit.scatter;
   std::size_t sightings = 0;
   for (const AssociatedRecording& one : found.all) sightings += one.recording.sightings.size();
-  result.notes.push_back(words_of_metre(found, range_scale, result));
+  result.notes.push_back(words_of_metre(found, sightings, range_scale, result));
   if (found.unsettled >= kSameRobot)
     result.warnings.push_back(
         fmt::format("data association did not settle: repeated {} times, a parameter "
@@ -305,7 +304,7 @@ void add_noise(const LandmarkNoise& noise, CalibrationResult& result) {
 CalibrationResult calibrate_from_landmarks(std::span<const Recording> training,
                                            std::span<const Recording> hold_out, const Robot& nominal,
                                            const CalibrateOptions& options) {
-  const std::vector<Parameter> parameters = parameters_of(nominal, options);
+  const std::vector<Parameter> parameters = sought_parameters(nominal, options);
   const LandmarkQuestion question{training, parameters, options.with_reference};
   const bool only_noise = parameters.empty() && options.learn_noise;
   if (!only_noise) require_something_free(parameters, training, nominal);
