@@ -1,11 +1,10 @@
 // How the track depends on the sharpness of turns: estimated where it is asked for, offered where it shows.
-#include <boost/math/distributions/binomial.hpp>
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include "trundle/calibration/calibrate.hpp"
 #include "trundle/statistics/distribution.hpp"
 
+#include "calibration/offers.hpp"
 #include "calibration/simulated_runs.hpp"
 #include "calibration/stated_errors.hpp"
 #include "held_limits.hpp"
@@ -42,15 +41,7 @@ std::vector<Path> curves() {
 /// Its encoders are read so often that single turns show.
 std::vector<Recording> driven(const Robot& nominal, const Robot& truth, const std::vector<Path>& paths,
                               std::uint64_t seed) {
-  std::vector<Recording> recordings;
-  for (std::size_t i = 0; i < paths.size(); ++i) {
-    Scenario scenario = scenario_of(nominal, truth, paths[i], 100 * seed + i);
-    scenario.encoders.rate_hz = 20.0;
-    recordings.push_back(simulate(scenario).recording);
-    recordings.back().name = fmt::format("run {}", i + 1);
-    recordings.back().session = "one";
-  }
-  return recordings;
+  return recorded(nominal, truth, paths, seed, 20.0);
 }
 
 CalibrationResult calibrated(double scrub, std::uint64_t seed, const CalibrateOptions& options = {}) {
@@ -90,12 +81,7 @@ TEST(CalibratedScrub, OfARobotThatDoesScrubItIsOffered) {
   const auto times = static_cast<std::uint64_t>(trials(10, 1));
   for (std::uint64_t seed = 0; seed < times; ++seed) {
     const CalibrationResult result = calibrated(0.1, seed);
-    ASSERT_EQ(result.offers.size(), 1U) << seed;
-    const ParameterOffer& offer = result.offers.front();
-    EXPECT_EQ(offer.parameter, kScrub);
-    EXPECT_NEAR(offer.value, 0.1, 4.0 * offer.sigma);
-    EXPECT_EQ(offer.parts, curves().size());
-    EXPECT_FALSE(offer.of_halves);
+    expect_offered(result, kScrub, 0.1, curves().size());
     EXPECT_THAT(result.notes, Contains(AllOf(HasSubstr("scrub 0."), HasSubstr("--free scrub"))));
     EXPECT_EQ(result.calibrated.chassis.scrub, 0.0);
   }
@@ -132,9 +118,8 @@ TEST(CalibratedScrub, OfOthersItIsOfferedNoMoreOftenThanItsLevelSays) {
   }
   RecordProperty("offered_scrub", offered_scrub);
   RecordProperty("offered_centre", offered_centre);
-  const boost::math::binomial chance(times, ParameterOffer::kLevel);
-  EXPECT_LE(offered_scrub, quantile(complement(chance, 0.00135)));
-  EXPECT_LE(offered_centre, quantile(complement(chance, 0.00135)));
+  EXPECT_LE(offered_scrub, most_offered_by_chance(times));
+  EXPECT_LE(offered_centre, most_offered_by_chance(times));
 }
 
 TEST(CalibratedScrub, OfOneRunHalvesSayWhetherToOfferIt) {

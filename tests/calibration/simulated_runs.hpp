@@ -81,10 +81,13 @@ inline Scenario scenario_of(const Robot& nominal, const Robot& truth, const Path
 }
 
 inline std::vector<Recording> recorded(const Robot& nominal, const Robot& truth,
-                                       const std::vector<Path>& paths, std::uint64_t seed) {
+                                       const std::vector<Path>& paths, std::uint64_t seed,
+                                       double encoder_rate_hz = 4.0) {
   std::vector<Recording> recordings;
   for (std::size_t i = 0; i < paths.size(); ++i) {
-    recordings.push_back(simulate(scenario_of(nominal, truth, paths[i], seed * 100 + i)).recording);
+    Scenario scenario = scenario_of(nominal, truth, paths[i], seed * 100 + i);
+    scenario.encoders.rate_hz = encoder_rate_hz;
+    recordings.push_back(simulate(scenario).recording);
     recordings.back().name = "run " + std::to_string(i + 1);
     recordings.back().session = "one";
   }

@@ -1,11 +1,11 @@
 // How tyres grow with their speed: estimated where it is asked for, offered where it shows.
-#include <boost/math/distributions/binomial.hpp>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include "trundle/calibration/calibrate.hpp"
 #include "trundle/statistics/distribution.hpp"
 
+#include "calibration/offers.hpp"
 #include "calibration/simulated_runs.hpp"
 #include "calibration/stated_errors.hpp"
 #include "held_limits.hpp"
@@ -35,15 +35,7 @@ std::vector<Path> at_all_speeds() {
 }
 
 std::vector<Recording> driven_fast(const Robot& truth, const std::vector<Path>& paths, std::uint64_t seed) {
-  std::vector<Recording> recordings;
-  for (std::size_t i = 0; i < paths.size(); ++i) {
-    Scenario scenario = scenario_of(nominal_differential(), truth, paths[i], 100 * seed + i);
-    scenario.encoders.rate_hz = 20.0;
-    recordings.push_back(simulate(scenario).recording);
-    recordings.back().name = fmt::format("run {}", i + 1);
-    recordings.back().session = "one";
-  }
-  return recordings;
+  return recorded(nominal_differential(), truth, paths, seed, 20.0);
 }
 
 CalibrationResult calibrated_growth(double truth, std::uint64_t seed, const CalibrateOptions& options = {}) {
@@ -81,12 +73,7 @@ TEST(CalibratedTyreGrowth, OfATyreThatGrowsItIsOffered) {
   const auto times = static_cast<std::uint64_t>(trials(10, 1));
   for (std::uint64_t seed = 0; seed < times; ++seed) {
     const CalibrationResult result = calibrated_growth(0.005, seed);
-    ASSERT_EQ(result.offers.size(), 1U) << seed;
-    const ParameterOffer& offer = result.offers.front();
-    EXPECT_EQ(offer.parameter, kTyreGrowth);
-    EXPECT_NEAR(offer.value, 0.005, 4.0 * offer.sigma);
-    EXPECT_EQ(offer.parts, at_all_speeds().size());
-    EXPECT_FALSE(offer.of_halves);
+    expect_offered(result, kTyreGrowth, 0.005, at_all_speeds().size());
     EXPECT_THAT(result.notes,
                 Contains(AllOf(HasSubstr("tyre_growth 0.00"), HasSubstr("--free tyre_growth"))));
     EXPECT_EQ(result.calibrated.chassis.tyre_growth_s2_m2, 0.0);
@@ -100,8 +87,7 @@ TEST(CalibratedTyreGrowth, OfOthersItIsOfferedNoMoreOftenThanItsLevelSays) {
   for (int i = 0; i < times; ++i)
     offered += !calibrated_growth(0.0, static_cast<std::uint64_t>(i)).offers.empty();
   RecordProperty("offered", offered);
-  const boost::math::binomial chance(times, ParameterOffer::kLevel);
-  EXPECT_LE(offered, quantile(complement(chance, 0.00135)));
+  EXPECT_LE(offered, most_offered_by_chance(times));
 }
 
 TEST(CalibratedTyreGrowth, OfOneRunHalvesSayWhetherToOfferIt) {
